@@ -16,10 +16,14 @@ class Work:
     """Takes the share that is done, 0 to 1, and what is being done in words."""
     stopped: Callable[[], bool] = lambda: False
 
-    def step(self, share: float, words: str) -> None:
-        """Tell how far it is, unless it is no longer wanted. Raises Cancelled."""
+    def check(self) -> None:
+        """Raise Cancelled if it is no longer wanted."""
         if self.stopped():
             raise Cancelled
+
+    def step(self, share: float, words: str) -> None:
+        """Tell how far it is, unless it is no longer wanted. Raises Cancelled."""
+        self.check()
         self.tell(share, words)
 
     def part(self, first: float, end: float) -> Work:

@@ -2,12 +2,15 @@
 
 import os
 import signal
+import time
 from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, Phase, settings
 
+from stereotrack_core.locks import FileLock
 from stereotrack_core.pose_model.installation import FOLDER_VARIABLE, detector_folder
+from stereotrack_core.program import main
 
 settings.register_profile(
     "repeatable",
@@ -32,6 +35,44 @@ def pytest_configure() -> None:
     os.environ[FOLDER_VARIABLE] = str(Path(installed_at) / "hidden from tests")
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+# A run that is not about how the person is found or measured, nor about exact depths: these take
+# most of the time.
+FAST = ("--preset", "fast", "--init", "tpose", "--set", "fit_shape=no", "--set", "least_focal=0")
+SMALL = ("--set", "width=320", "--set", "height=240", "--set", "focal=200")
+
+
+@pytest.fixture(scope="session")
+def sound(tmp_path_factory) -> Path:
+    """A rendered recording of two stereo views in which nothing is wrong, and a run beside it.
+
+    The first process of tests makes them; all only read them. The pictures are so small that where
+    limbs are, and whether enough of the body is seen, is a matter of chance.
+    """
+    base = tmp_path_factory.getbasetemp()
+    folder = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "sound"
+    while True:
+        try:
+            lock = FileLock(folder.with_suffix(".making"))
+            break
+        except BlockingIOError:
+            time.sleep(0.05)
+    try:
+        run = folder.with_suffix(".npz")
+        if not run.exists():
+            words = ("--frames", "10", "--views", "NS", "--motion", "t-pose", *SMALL)
+            assert main(["simulate", str(folder), *words]) == 0
+            assert main(["track", str(folder), "-o", str(run), *FAST]) == 0
+    finally:
+        lock.release()
+    return folder
+
+
+@pytest.fixture(scope="session")
+def whole(sound) -> Path:
+    """A fast run of the sound recording."""
+    return sound.with_suffix(".npz")
 
 
 def shared_recording_folder(name: str) -> Path:

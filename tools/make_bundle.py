@@ -10,6 +10,7 @@ import os
 import platform
 import re
 import shutil
+import struct
 import subprocess
 import sys
 import tarfile
@@ -30,6 +31,13 @@ PARTS = (
     "stereotrack_core/report/templates/*.html",
     *(f"PySide6/Qt/plugins/platforms/libq{name}*.so" for name in ("xcb", "offscreen", "wayland")),
 )
+# Parts of Qt for other screens than X11 and Wayland, for the network and for GTK, which would bring
+# its libraries; and Qt's own texts in other languages than English.
+UNUSED = (
+    *("translations", "plugins/egldeviceintegrations", "plugins/generic"),
+    *("plugins/networkinformation", "plugins/tls", "plugins/platformthemes/libqgtk3*"),
+    *(f"plugins/platforms/libq{name}*" for name in ("eglfs", "linuxfb", "vkkhr", "vnc")),
+)
 BESIDE = ("README.md", "LICENSE", "CHANGELOG.md", "examples")
 
 SMALL = ("--set", "width=320", "--set", "height=240", "--set", "focal=200")
@@ -37,19 +45,24 @@ TRIED: tuple[tuple[str, ...], ...] = (
     ("--version",),
     ("--help",),
     ("simulate", "small", "--frames", "6", "--views", "NS", "--motion", "t-pose", *SMALL),
-    ("info", "small"),
+    ("info", "small", "--deep"),
     ("detector",),
     ("track", "small", "-o", "run.npz", "--preset", "fast"),
-    ("evaluate", "run.npz"),
-    ("export", "run.npz", "-o", "run.c3d"),
+    ("evaluate", "run.npz", "--failures"),
+    *(("export", "run.npz", "-o", f"run.{ending}") for ending in ("c3d", "trc", "csv", "bvh")),
+    ("project", "create", "small"),
+    ("calibrate", "export", "small/calibration.toml", "-o", "cameras.yml"),
+    ("import", "recording", "small", "-o", "again", "--calibration", "small/calibration.toml"),
     # its processes
     ("sweep", "small", "-o", "sweep.csv", "--grid", "iterations=1,2", "--workers", "2",
      "--preset", "fast", "--frames", "0:2"),
+    ("study", "create", "small", "-o", "all.study.toml", "--preset", "fast", "--frames", "0:2"),
+    ("study", "run", "all.study.toml", "--workers", "1"),
     ("report", "run.npz", "-o", "report.html"),
-    ("open", "small", "--screenshot", "window.png"),
     ("demo", "--screenshot", "demo.png"),
 )  # fmt: skip
-MADE = ("run.npz", "run.c3d", "sweep.csv", "report.html", "window.png", "demo.png")
+WORKSPACES = ("calibrate", "annotate", "track", "tune", "review")
+MADE = ("run.npz", "run.c3d", "cameras.yml", "sweep.csv", "report.html", "demo.png")
 
 
 def locked_versions() -> str:
@@ -73,7 +86,24 @@ def installed() -> Path:
     kept = {**os.environ, "STEREOTRACK_DETECTOR": str(DETECTOR)}
     detector = (str(python.with_name("stereotrack")), "detector", "install", "--if-missing")
     subprocess.run(detector, env=kept, check=True)
+    # Gone before PyInstaller looks what they need.
+    for name in UNUSED:
+        for part in WORK.glob(f"environment/**/PySide6/Qt/{name}"):
+            shutil.rmtree(part) if part.is_dir() else part.unlink()
     return python
+
+
+def strip(library: Path) -> None:
+    """Take the symbols out, where the loader takes the library without them."""
+    stripped = library.with_name("stripped")
+    subprocess.run(["strip", "--strip-unneeded", "-o", stripped, library], check=True)
+    content = stripped.read_bytes()
+    table, size, count = struct.unpack_from("<32xQ14xHH", content)
+    segments = [struct.unpack_from("<IIQQ24xQ", content, table + size * i) for i in range(count)]
+    # Segments of some libraries that auditwheel has rewritten are off their pages then.
+    aligned = all(kind != 1 or (place - at) % page == 0 for kind, _, at, place, page in segments)
+    (stripped if aligned else library).replace(library)
+    stripped.unlink(missing_ok=True)
 
 
 def put_together(python: Path) -> Path:
@@ -84,9 +114,10 @@ def put_together(python: Path) -> Path:
     places = ("--distpath", str(made), "--workpath", str(WORK / "work"))
     subprocess.run([*pyinstaller, *places, str(SPEC)], check=True)
     inside = made / "stereotrack" / "_internal"
-    if shutil.which("strip"):  # their symbols have 110 MB
-        libraries = (*inside.glob("vtkmodules/*.so"), *inside.glob("llvmlite/binding/*.so"))
-        subprocess.run(["strip", "--strip-unneeded", *libraries], check=True)
+    if shutil.which("strip"):
+        for library in inside.rglob("*.so*"):
+            if not library.is_symlink():
+                strip(library)
     for name in BESIDE:
         copy = shutil.copytree if (ROOT / name).is_dir() else shutil.copy
         copy(ROOT / name, made / "stereotrack" / name)
@@ -99,8 +130,11 @@ def put_together(python: Path) -> Path:
     return made / "stereotrack" / "stereotrack"
 
 
-def try_out(program: Path) -> float:
-    """Use the program as a person would; return the seconds that a second start takes."""
+def try_out(program: Path, usual: Path) -> float:
+    """Use the program as a person would; return the seconds that a second start takes.
+
+    Its last window, with the scene, must look as that of `usual`, the installed program.
+    """
     with tempfile.TemporaryDirectory() as folder:
         home = Path(folder)
         environment = {
@@ -120,6 +154,13 @@ def try_out(program: Path) -> float:
         missing = [name for name in MADE if not (home / name).is_file()]
         if missing:
             sys.exit(f"stereotrack: bundle: these files were not made: {', '.join(missing)}")
+        for name in WORKSPACES:
+            window = ("open", "run.npz", "--workspace", name, "--frame", "2", "--screenshot")
+            print(f"$ stereotrack {' '.join(window)} {name}.png", flush=True)
+            subprocess.run([program, *window, f"{name}.png"], cwd=home, env=environment, check=True)
+        subprocess.run([usual, *window, "usual.png"], cwd=home, env=environment, check=True)
+        if (home / f"{name}.png").read_bytes() != (home / "usual.png").read_bytes():
+            sys.exit(f"stereotrack: bundle: the window looks unlike the installed one: {name}")
         begun = time.monotonic()
         subprocess.run([program, "--version"], cwd=home, env=environment, check=True)
         return time.monotonic() - begun
@@ -152,11 +193,12 @@ def main() -> int:
     """Make and try the bundle."""
     WORK.mkdir(parents=True, exist_ok=True)
     try:
-        program = put_together(installed())
+        python = installed()
+        program = put_together(python)
     except subprocess.CalledProcessError as error:
         debian.say("the program could not be put together (see above)")
         return error.returncode
-    seconds = try_out(program)
+    seconds = try_out(program, python.with_name("stereotrack"))
     archive = packed(program.parent)
     files = [path for path in program.parent.rglob("*") if path.is_file()]
     print(f"{program.parent}: {megabytes(*files)}, starts in {seconds:.1f} s (--version)")

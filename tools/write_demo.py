@@ -12,6 +12,7 @@ import cv2
 from stereotrack_core.demo import SHIPPED
 from stereotrack_core.simulation.make import Simulation, simulate
 from stereotrack_core.simulation.rig import SceneOptions, parsed_disturbances
+from stereotrack_core.work import Work
 
 _DEMO = Simulation(
     person="P2",
@@ -31,7 +32,7 @@ def main() -> int:
     """Render, compress, and replace the shipped recording."""
     with TemporaryDirectory() as temporary:
         made = Path(temporary) / "demo"
-        simulate(made, _DEMO, on_progress=lambda done, of: print(f"{done} of {of}", end="\r"))
+        simulate(made, _DEMO, Work(lambda _share, words: print(words, end="\r")))
         shutil.rmtree(SHIPPED, ignore_errors=True)
         compress(made, SHIPPED)
     print(f"{sum(file.stat().st_size for file in SHIPPED.iterdir()) / 1e6:.2f} MB in {SHIPPED}")

@@ -2,22 +2,21 @@
 
 import re
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import tomli_w
 
 from stereotrack_core.arrays import FloatArray
-from stereotrack_core.atomic import write_file
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.model import BodyModel
 from stereotrack_core.body.pose import PartFrames
 from stereotrack_core.body.skeleton import PARTS
 from stereotrack_core.errors import InputError
+from stereotrack_core.plain_data import Kind, check_kind
 from stereotrack_core.recording.toml_table import load_toml
 
 _COLOUR = re.compile(r"#[0-9a-fA-F]{6}")
@@ -103,31 +102,25 @@ class LandmarkSet:
         return {"name": self.name, "landmarks": [asdict(one) for one in self.landmarks]}
 
 
+_NUMBERS: Kind = {"along": float, "across": float, "offset": [float, float, float]}
+_TEXTS: Kind = dict.fromkeys(("name", "colour", "limb", "part", "mirror"), str)
+_KIND: Kind = {"name": str, "landmarks": [{**_TEXTS, **_NUMBERS}]}
+_REMEDY = "It must have name, colour, limb, part, along, across, offset (x, y, z) and mirror."
+
+
 def landmark_set_of(facts: Mapping[str, Any]) -> LandmarkSet:
     """The set that plain data describe; InputError where they do not describe one."""
     name = str(facts.get("name", ""))
-    entries = facts.get("landmarks")
-    if not isinstance(entries, Sequence) or isinstance(entries, str):
-        raise InputError("there are no landmarks", where=name, remedy="Add a list of landmarks.")
-    return LandmarkSet(name, tuple(_landmark(name, entry) for entry in entries))
-
-
-def _landmark(set_name: str, entry: Any) -> Landmark:
+    check_kind(facts, _KIND, name, _REMEDY)
     try:
-        values = dict(entry)
-        values["offset"] = tuple(float(value) for value in values.get("offset", (0, 0, 0)))
-        for key in ("along", "across"):
-            values[key] = float(values.get(key, 0.0))
-        for key in ("name", "colour", "limb", "part", "mirror"):
-            values[key] = str(values.get(key, ""))
-        return Landmark(**values)
-    except (TypeError, ValueError) as error:
-        raise InputError(
-            f"a landmark cannot be read ({error})",
-            where=set_name,
-            remedy="It must have name, colour, limb, part, along, across, offset (x, y, z) and "
-            "mirror.",
-        ) from error
+        landmarks = [
+            Landmark(**{**one, "offset": tuple(one.get("offset", (0.0, 0.0, 0.0)))})
+            for one in facts.get("landmarks") or ()
+        ]
+    except TypeError as error:
+        what = f"a landmark cannot be read ({error})"
+        raise InputError(what, where=name, remedy=_REMEDY) from error
+    return LandmarkSet(name, tuple(landmarks))
 
 
 def _check(landmark: Landmark, where: str) -> None:
@@ -189,10 +182,3 @@ def read_landmark_set(path: Path) -> LandmarkSet:
     except InputError as error:
         where = f"{path.name}, {error.where}" if error.where else path.name
         raise InputError(error.what, where=where, remedy=error.remedy) from error
-
-
-def write_landmark_set(path: Path, landmarks: LandmarkSet) -> None:
-    """Write a set so that :func:`read_landmark_set` gives it again."""
-    facts = landmarks.facts()
-    rows = [{**row, "offset": list(row["offset"])} for row in facts["landmarks"]]
-    write_file(path, tomli_w.dumps({"name": facts["name"], "landmarks": rows}))

@@ -76,10 +76,8 @@ class StopSign:
         if not self.frames_missing:
             return f"all {self.frames} frames are within {self.wanted_deg:g} deg: target reached"
         if self.frames_unknown and not self.reached:
-            within, less = (
-                self.frames - self.frames_missing,
-                self.frames_missing - self.frames_unknown,
-            )
+            within = self.frames - self.frames_missing
+            less = self.frames_missing - self.frames_unknown
             return (
                 f"{within} of {self.frames} frames are within {self.wanted_deg:g} deg, {less} less "
                 f"certain, {self.frames_unknown} have unknown limbs, too far from a click: "

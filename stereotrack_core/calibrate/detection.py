@@ -1,6 +1,6 @@
 """Corners of a board in a picture, whether it is the board that was named, and where it may be."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import product
@@ -11,9 +11,9 @@ import numpy as np
 from stereotrack_core.arrays import FloatArray, ImageArray
 from stereotrack_core.calibrate.board import Board
 from stereotrack_core.calibrate.lens import Lens
-from stereotrack_core.errors import Cancelled
 from stereotrack_core.geometry.rotation import rotation_from_vector
 from stereotrack_core.geometry.transform import RigidTransform
+from stereotrack_core.work import NO_WORK, Work
 
 _LEAST_CHARUCO = 6  # corners; with fewer a board's pose is a guess
 _WINDOW_SHARE = 0.35  # of a square's side, within which a corner is refined
@@ -133,16 +133,14 @@ class Recognition:
         return pixels
 
 
-def recognised(
-    images: Sequence[ImageArray], named: Board, cancelled: Callable[[], bool] = lambda: False
-) -> Recognition:
+def recognised(images: Sequence[ImageArray], named: Board, work: Work = NO_WORK) -> Recognition:
     """The board that shows most corners in some pictures, the named one before others.
 
     Chessboards are tried with other counts; ChArUco boards transposed, of the pattern before OpenCV
     4.6, and mirrored.
     """
     first = Recognition(named)
-    most = _count(images, first, cancelled)
+    most = _count(images, first, work)
     enough = _LEAST_SHARE * len(images) * len(named.corners)
     if not named.dictionary:
         tried = list(_chessboards(named))
@@ -150,23 +148,20 @@ def recognised(
             images = [image for image in images if first.find(image) is not None][:_SAMPLE]
             size = len(named.corners)
             tried = [one for one in tried if len(one.board.corners) > size]
-        return max([first, *tried], key=lambda one: _count(images, one, cancelled))
+        return max([first, *tried], key=lambda one: _count(images, one, work))
     best, others = first, _charuco_variants(named)
     while most < enough and (other := next(others, None)) is not None:
-        count = _count(images, other, cancelled)
+        count = _count(images, other, work)
         if count > most:
             best, most = other, count
     return best
 
 
-def _count(
-    images: Sequence[ImageArray], recognition: Recognition, cancelled: Callable[[], bool]
-) -> int:
+def _count(images: Sequence[ImageArray], recognition: Recognition, work: Work) -> int:
     """Corners in all images."""
     count = 0
     for image in images:
-        if cancelled():
-            raise Cancelled
+        work.check()
         if (found := recognition.find(image)) is not None:
             count += int(np.isfinite(found[:, 0]).sum())
     return count

@@ -5,7 +5,7 @@ from __future__ import annotations
 import glob
 import os
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -16,13 +16,14 @@ from stereotrack_core.arrays import FloatArray, ImageArray, IntArray
 from stereotrack_core.calibrate.board import Board
 from stereotrack_core.calibrate.detection import Recognition, recognised
 from stereotrack_core.counting import counted
-from stereotrack_core.errors import Cancelled, InputError
+from stereotrack_core.errors import InputError
 from stereotrack_core.recording.folder import DESCRIPTION, open_recording
 from stereotrack_core.recording.images import DamagedFrame, NumberedImages, spread
 from stereotrack_core.recording.importing.choices import Pictures as StreamPictures
 from stereotrack_core.recording.importing.readers import chapters_of
 from stereotrack_core.recording.importing.video_sources import chapters_from
 from stereotrack_core.recording.stream_files import IMAGE_SUFFIXES, VIDEO_SUFFIXES, open_stream
+from stereotrack_core.work import NO_WORK, Work
 
 
 @dataclass(frozen=True)
@@ -74,17 +75,6 @@ class Sightings:
 NO_PICTURES = ("depth", "mask")  # streams of a view
 _SAMPLE = 8  # pictures by which the board is recognised
 _DIGITS = re.compile(r"(\d+)")
-
-
-@dataclass(frozen=True, eq=False)
-class Looked:
-    """A picture (H, W) that was searched, and corners (n, 2), NaN where unseen; or None."""
-
-    camera: str
-    frame: int
-    name: str
-    image: ImageArray | None
-    pixels: FloatArray | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -208,33 +198,25 @@ def check_same_length(sources: Sequence[Pictures]) -> int:
     return min(counts.values(), default=0)
 
 
-def recognised_in(
-    pictures: Pictures, named: Board, cancelled: Callable[[], bool] = lambda: False
-) -> Recognition:
+def recognised_in(pictures: Pictures, named: Board, work: Work = NO_WORK) -> Recognition:
     """The board as some pictures, spread over all of them, show it."""
     images = []
     for k in spread(pictures.count(), _SAMPLE):
         with suppress(DamagedFrame):
             images.append(pictures.read(k))
-    return recognised(images, named, cancelled)
+    return recognised(images, named, work)
 
 
 def find_in_pictures(
-    pictures: Pictures,
-    recognition: Recognition,
-    frames: Sequence[int],
-    *,
-    on_picture: Callable[[Looked], None] = lambda _looked: None,
-    cancelled: Callable[[], bool] = lambda: False,
+    pictures: Pictures, recognition: Recognition, frames: Sequence[int], work: Work = NO_WORK
 ) -> Sightings:
     """The board in pictures of a camera; others are left out for reasons. Raises InputError."""
     found: dict[int, FloatArray] = {}
     left_out: list[LeftOut] = []
     size: tuple[int, int] | None = None
-    for k in frames:
-        if cancelled():
-            raise Cancelled
-        image, pixels, reason = None, None, "the board was not found"
+    for number, k in enumerate(frames):
+        work.step(number / len(frames), f"{pictures.camera}, {pictures.name(k)}")
+        pixels, reason = None, "the board was not found"
         try:
             image = pictures.read(k)
             own = image.shape[1], image.shape[0]
@@ -249,7 +231,6 @@ def find_in_pictures(
             left_out.append(LeftOut(pictures.camera, k, pictures.name(k), reason))
         else:
             found[k] = pixels
-        on_picture(Looked(pictures.camera, k, pictures.name(k), image, pixels))
     if size is None:
         what = f"none of {counted(len(frames), 'picture')} can be read" + (
             f": {left_out[0].reason}" if left_out else ""

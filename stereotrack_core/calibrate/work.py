@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from itertools import count
 from pathlib import Path
 from typing import TypeAlias
 
@@ -13,7 +12,6 @@ from stereotrack_core.calibrate.detection import Recognition
 from stereotrack_core.calibrate.intrinsics import Intrinsics, calibrate_intrinsics
 from stereotrack_core.calibrate.pictures import (
     NO_PICTURES,
-    Looked,
     Pictures,
     Sightings,
     check_same_length,
@@ -26,6 +24,7 @@ from stereotrack_core.calibrate.pictures import (
 from stereotrack_core.calibrate.world import World, calibrate_world
 from stereotrack_core.errors import Finding, InputError
 from stereotrack_core.recording.folder import DESCRIPTION, open_recording
+from stereotrack_core.work import NO_WORK, Work
 from stereotrack_core.worker_processes import Asker
 
 
@@ -50,23 +49,19 @@ class Search:
 
 
 def search(
-    sources: Sequence[Pictures],
-    named: Board,
-    frames: Sequence[int],
-    *,
-    on_picture: Callable[[Looked], None] = lambda _looked: None,
-    cancelled: Callable[[], bool] = lambda: False,
+    sources: Sequence[Pictures], named: Board, frames: Sequence[int], work: Work = NO_WORK
 ) -> Search:
     """Look for the board in some frames of every camera. Raises InputError."""
     board, seen, mirrored = named, [], []
     known: Recognition | None = None
     different: tuple[str, Board, tuple[str, ...]] = ("", named, ())
-    for one in sources:
-        recognition = recognised_in(one, board, cancelled)
+    for number, one in enumerate(sources):
+        recognition = recognised_in(one, board, work)
         if known is None and recognition.differences and not different[0]:
             different = one.camera, recognition.board, recognition.differences
         there = [frame for frame in frames if frame < one.count()]
-        own = find_in_pictures(one, recognition, there, on_picture=on_picture, cancelled=cancelled)
+        part = work.part(number / len(sources), (number + 1) / len(sources))
+        own = find_in_pictures(one, recognition, there, part)
         if len(own):
             if known is not None and recognition.board != known.board:
                 what = f"it shows a {recognition.board.words}, other cameras a {known.board.words}"
@@ -128,20 +123,18 @@ class Progress:
 Step: TypeAlias = Callable[[Asker], object]  # a function below but for its last argument
 
 
+def _work_for(asker: Asker) -> Work:
+    """Work that tells whoever asks for it as :class:`Progress`."""
+    return Work(lambda share, words: asker.tell(Progress(share, words)), asker.cancelled)
+
+
 def find_board_in(sources: Sequence[Source], board: Board, every: int, asker: Asker) -> Search:
-    """Look for the board in every picture, or every so many; tell each as :class:`Progress`."""
+    """Look for the board in every picture, or every so many."""
     opened: list[Pictures] = []
     try:
         opened += (source.open() for source in sources)
-        counts = [one.count() for one in opened]
-        frames = range(0, max(counts, default=0), every)
-        total = sum(len(range(0, number, every)) for number in counts)
-        done = count(1)
-
-        def tell(looked: Looked) -> None:
-            asker.tell(Progress(next(done) / total, f"{looked.camera}, {looked.name}"))
-
-        found = search(opened, board, frames, on_picture=tell, cancelled=asker.cancelled)
+        frames = range(0, max((one.count() for one in opened), default=0), every)
+        found = search(opened, board, frames, _work_for(asker))
         try:
             check_same_length(opened)
         except InputError as error:

@@ -16,7 +16,7 @@ from stereotrack_core.calibrate.lens import LENS_MODELS
 from stereotrack_core.calibrate.work import Search, search, sources_in
 from stereotrack_core.calibrate.world import World, calibrate_world, pair_of
 from stereotrack_core.cli import options
-from stereotrack_core.cli.output import OK, progress, put_facts, put_result, say, stoppable
+from stereotrack_core.cli.output import OK, put_facts, put_result, say, stoppable, watched
 from stereotrack_core.errors import Finding, InputError
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.transform import RigidTransform
@@ -75,17 +75,9 @@ def board_of(args: Namespace) -> Board:
 def found_board(args: Namespace, sources: Sequence[pictures.Pictures], count: int) -> Search:
     """The board looked for in the first `count` pictures of all cameras, with a progress bar."""
     named = board_of(args)
-    frames = range(0, count, args.every)
-    done = 0
     try:
-        with progress("Searching", len(frames) * len(sources)) as show, stoppable(NOTHING) as stop:
-
-            def advance(_looked: pictures.Looked) -> None:
-                nonlocal done
-                done += 1
-                show(done)
-
-            return search(sources, named, frames, on_picture=advance, cancelled=stop)
+        with watched("Searching", NOTHING) as work:
+            return search(sources, named, range(0, count, args.every), work)
     finally:
         for source in sources:
             source.close()

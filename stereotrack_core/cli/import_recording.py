@@ -128,7 +128,7 @@ def run(args: Namespace) -> int:
     making.check_place(choices, folder)
     if not args.dry_run:
         with watched("Making the recording", "No recording was created.") as work:
-            making.make_recording(choices, folder, on_progress=work.tell, cancelled=work.stopped)
+            making.make_recording(choices, folder, work)
     what = "Would be made" if args.dry_run else "Recording written to"
     facts = {**_facts(choices, folder), "synchronised": [asdict(lead) for lead in leads]}
     put_result(facts, _table(choices, f"{what} {folder}"), as_json=args.json)
@@ -202,9 +202,7 @@ def _in_time(choices: Choices, args: Namespace) -> tuple[Choices, tuple[synchron
     leads: tuple[synchronise.Lead, ...] = ()
     if args.method is not None:
         with watched("Synchronising", "No recording was created.") as work:
-            choices, leads = synchronise.synchronised(
-                choices, args.method, on_progress=work.tell, cancelled=work.stopped
-            )
+            choices, leads = synchronise.synchronised(choices, args.method, work)
         for lead in leads:
             say(f"synchronised by {args.method}: {lead.says(choices.fps or 1.0)}")
     firsts = _pairs(args.firsts, "--first")

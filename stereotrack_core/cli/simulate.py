@@ -3,7 +3,7 @@
 from argparse import Namespace
 
 from stereotrack_core.cli import options
-from stereotrack_core.cli.output import OK, progress, put_facts, stoppable
+from stereotrack_core.cli.output import OK, put_facts, watched
 from stereotrack_core.parameters import parsed_settings
 from stereotrack_core.simulation.make import Simulation, simulate
 from stereotrack_core.simulation.rig import SceneOptions, kinds_text, parsed_disturbances
@@ -37,9 +37,8 @@ def run(args: Namespace) -> int:
     scene = SceneOptions().replaced(**parsed_settings(args.changes))
     disturbances = parsed_disturbances(args.disturb)
     simulation = Simulation(**facts, options=scene, disturbances=disturbances)
-    outcome = "No recording was created."
-    with progress("Rendering", args.frames) as show, stoppable(outcome) as stopped:
-        simulate(args.folder, simulation, on_progress=lambda done, _: show(done), cancelled=stopped)
+    with watched("Rendering", "No recording was created.") as work:
+        simulate(args.folder, simulation, work)
     facts["fps"] = scene.fps
     title = f"Recording written to {args.folder}"
     put_facts(facts, title, as_json=args.json, recording=args.folder)

@@ -206,10 +206,7 @@ def clicks_in_file(
 
 
 def clicks_for_tracking(path: Path, recording: Recording, frames: int) -> Detections:
-    """Clicks of a project, or of a file of clicks, as measurements of the tracker.
-
-    Raises InputError where they cannot be read, or none is of the nine landmarks.
-    """
+    """Clicks of a project or file as measurements; InputError without any of the nine landmarks."""
     clicks, sigma = clicks_in_file(path, recording, frames)
     found = click_detections(clicks, recording.cameras, sigma, str(path.resolve()))
     if not len(found):

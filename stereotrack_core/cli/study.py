@@ -11,18 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from stereotrack_core.cli import options
-from stereotrack_core.cli.output import (
-    FAILED,
-    OK,
-    put,
-    put_facts,
-    put_json,
-    put_result,
-    put_table,
-    say,
-    stoppable,
-    watched,
-)
+from stereotrack_core.cli.output import FAILED, OK, put_facts, put_result, say, stoppable, watched
 from stereotrack_core.cli.sources import say_notes
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError, did_you_mean
@@ -360,22 +349,19 @@ def _report(store: Store, outcome: Outcome, by: str, *, as_json: bool) -> int:
     summaries = summarised(jobs, results, by)
     different = {job.identity for job in jobs}
     failed = sum(one in results and not results[one].done for one in different)
-    if as_json:
-        put_json(
-            {
-                "table": store.table,
-                "jobs": len(different),
-                "computed": outcome.computed,
-                "reused": outcome.reused,
-                "failed": failed,
-                "stopped": outcome.stopped,
-                "judged_by": by,
-                "points": [_point_facts(summary) for summary in summaries],
-            }
-        )
-    elif summaries:
-        put_table(_point_table(summaries, by))
-        put(f"{store.table}: {outcome.computed} computed, {outcome.reused} reused.")
+    facts = {
+        "table": store.table,
+        "jobs": len(different),
+        "computed": outcome.computed,
+        "reused": outcome.reused,
+        "failed": failed,
+        "stopped": outcome.stopped,
+        "judged_by": by,
+        "points": [_point_facts(summary) for summary in summaries],
+    }
+    told = f"{store.table}: {outcome.computed} computed, {outcome.reused} reused."
+    tables = (_point_table(summaries, by), told) if summaries else ()
+    put_result(facts, *tables, as_json=as_json)
     for job in {job.identity: job for job in jobs}.values():
         if job.identity in results and not results[job.identity].done:
             values = (f"{name}={value_text(value)}" for name, value in job.point.values)

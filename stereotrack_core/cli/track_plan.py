@@ -78,10 +78,7 @@ class UnfinishedOutput:
             raise
 
     def write(self, job: TrackedRun) -> Path | None:
-        """Write what came out, and say so where that is not the complete run.
-
-        Gives the place where it is; None where nothing was tracked and an older run stands there.
-        """
+        """Write what came out; where it is, None if nothing was tracked and an older run stands."""
         done = f"{len(job.run.frame)} of {counted(job.wanted, 'frame')}"
         if job.stopped and self.output.exists():
             say(
@@ -113,10 +110,7 @@ class TrackPlan:
 
 
 def plan_of(args: Namespace, recording: Recording, output: UnfinishedOutput) -> TrackPlan:
-    """Read the command line, with ``--like`` the run, and with ``--resume`` what there is of it.
-
-    Raises InputError where they cannot be followed, or a run would be lost.
-    """
+    """The plan of the command line; InputError if it cannot be followed, or a run would be lost."""
     if args.resume:
         return _plan_resumed(args, recording, output)
     if has_frames(output.part):

@@ -3,6 +3,7 @@
 import dataclasses
 import threading
 import time
+from contextlib import ExitStack, closing
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -87,11 +88,7 @@ class RunTask:
 
     def __call__(self, asker: Asker) -> None:
         """Do it, until the end or until it is no longer wanted."""
-        work = _Work(self, asker)
-        try:
-            work.do()
-        finally:
-            work.close()
+        _Work(self, asker).do()
 
 
 class _Work:
@@ -106,22 +103,23 @@ class _Work:
         self._paused = self._told = 0.0
         self._stage, self._found = "", (False, "", 0)
         self._telling = threading.Lock()
-        self._journal: RunJournal | None = None
 
     def do(self) -> None:
         """Track until the end, or until told to stop."""
         task = self._task
         self._listen(0.0)
-        if task.journal is not None:
-            self._journal = RunJournal(task.journal, self._seconds)
-        spec = self._with_keypoints(task.spec)
-        with Clouds(task.recording, spec) as clouds:
+        with ExitStack() as opened:
+            journal = None
+            if task.journal is not None:
+                journal = opened.enter_context(closing(RunJournal(task.journal, self._seconds)))
+            spec = self._with_keypoints(task.spec)
+            clouds = opened.enter_context(Clouds(task.recording, spec))
             run = prepare(clouds, Hooks(self._prepare))
             self._tell_prepared(run)
             newest = -1
             for advance in advances(run, clouds.frames, Hooks(self._prepare, self._hold)):
-                if self._journal is not None:
-                    self._journal.keep(advance)
+                if journal is not None:
+                    journal.keep(advance)
                 if advance.run.found_so_far != self._found:
                     self._tell_prepared(advance.run)
                 for tracked in advance.gained.frames:
@@ -148,11 +146,6 @@ class _Work:
         """Tell the body and the origin of a run: again where they change."""
         self._found = run.found_so_far
         self._asker.tell(Prepared(run.body, run.origin()))
-
-    def close(self) -> None:
-        """Let go of the journal."""
-        if self._journal is not None:
-            self._journal.close()
 
     def _seconds(self) -> float:
         return time.perf_counter() - self._begun - self._paused

@@ -4,7 +4,7 @@ Files of Intel, DEC and MIPS processors are read, with the axes that ``POINT:X_S
 ``POINT:Y_SCREEN`` state; written are Intel's, in millimetres, z up (``X_SCREEN`` +X, ``Y_SCREEN``
 +Z). An unknown landmark is NaN with residual -1, which other readers take as missing. The format
 stores single precision; frame numbers are the recording's. Its header counts frames with 16 bits:
-beyond that the group TRIAL and ``POINT:LONG_FRAMES`` count them, or the size of the file does.
+beyond that the group TRIAL and ``POINT:LONG_FRAMES`` count them.
 """
 
 import math
@@ -128,7 +128,7 @@ def _content(data: bytes, processor: _Processor, parameters: dict[str, _Paramete
         name: parameters[name].number(processor) for name in _FRAME_COUNTS if name in parameters
     }
     header = processor.unsigned(data, 6), processor.unsigned(data, 8)
-    first, frames, notes = _stretch(header, stated, data[begin:], row)
+    first, frames, notes = _stretch(header, stated, len(data) - begin, row)
     rate, about_rate = _rate_of(rate, parameters.get("POINT:RATE"), processor)
     values = numbers(data[begin : begin + frames * row]).reshape(frames, 4 * count + analog)
     rows = values[:, : 4 * count].reshape(frames, count, 4).astype(np.float64)
@@ -161,40 +161,32 @@ _FRAME_COUNTS = (
 
 
 def _stretch(
-    header: tuple[int, int], stated: Mapping[str, int], data: bytes, row: int
+    header: tuple[int, int], stated: Mapping[str, int], size: int, row: int
 ) -> tuple[int, int, tuple[str, ...]]:
-    """First frame, counted from 0, number of frames, and notes.
+    """First frame, counted from 0, number of frames, and notes; ValueError if `size` does not fit.
 
     `header` states the first and the last frame, counted from 1. It holds if ``POINT:FRAMES``
     agrees and nothing states more than 16 bits can. Otherwise the first statement holds that fits
-    into the `data` with their `row` bytes a frame, or where they end.
+    into the `size` of the data with their `row` bytes a frame.
     """
     first, last = header
     start, end, long_frames, point_frames = (stated.get(name, 0) for name in _FRAME_COUNTS)
-    room = len(data) // row if row else 0
+    room = size // row if row else 0
     in_header = last - first + 1
     trial = end - start + 1 if 0 < start <= end else 0
     overflown = _LARGEST_WORD in (last, point_frames) or start > _LARGEST_WORD
     overflown = overflown or any(_LARGEST_WORD < one <= room for one in (trial, long_frames))
-    by_size = _frames_by_size(data, row, point_frames or in_header)
-    if not (overflown or by_size) and (
-        in_header == 0 or (0 < in_header <= room and point_frames in (0, in_header))
-    ):
-        frames = in_header
-    else:
-        statements = {
-            "the group TRIAL": trial,
-            "POINT:LONG_FRAMES": long_frames,
-            "its size": by_size,
-            "POINT:FRAMES": point_frames,
-            "the header": in_header,
-            # Optotrak states frames that it has not written; a copy that was cut ends within one
-            "its end": room if row and len(data) % row == 0 else 0,
-        }
-        source = next((name for name, value in statements.items() if 0 < value <= room), "")
-        if not source:
-            raise ValueError("the file ends before its last frame")
-        frames = statements[source]
+    statements = {"the header": in_header}
+    if in_header and (overflown or in_header > room or point_frames not in (0, in_header)):
+        others = {"the group TRIAL": trial, "POINT:LONG_FRAMES": long_frames}
+        others |= {"POINT:FRAMES": point_frames, **statements}
+        statements = {name: value for name, value in others.items() if value}
+    source = next((name for name, value in statements.items() if 0 <= value <= room), "")
+    if not source:
+        raise ValueError("the file ends before its last frame")
+    frames = statements[source]
+    if frames <= _LARGEST_WORD < room and size - frames * row >= _BLOCK:
+        raise ValueError("the file is longer than the frames that it counts")
     notes = []
     if frames != in_header:
         notes.append(f"{counted(frames, 'frame')} by {source}; the header states {in_header}")
@@ -204,22 +196,6 @@ def _stretch(
         begins = f"begins at frame {start} by TRIAL:ACTUAL_START_FIELD"
         notes.append(f"{begins}; the header states {first}")
     return start - 1, frames, tuple(notes)
-
-
-def _frames_by_size(data: bytes, row: int, counted_frames: int) -> int:
-    """Number of frames of which 16 bits hold no more than `counted_frames`; 0 if they hold all.
-
-    Writers stop at the largest number, or go on from 0. The last block is filled up with zeros.
-    """
-    room = len(data) // row if row else 0
-    if room <= _LARGEST_WORD:
-        return 0
-    if counted_frames == _LARGEST_WORD:
-        padding = (len(data) - len(data.rstrip(b"\0"))) // row
-        return room - min(padding, (_BLOCK - 1) // row)
-    wraps = (room - counted_frames) // (_LARGEST_WORD + 1)
-    frames = counted_frames + wraps * (_LARGEST_WORD + 1)
-    return frames if wraps and len(data) - frames * row < _BLOCK else 0
 
 
 def _labels(parameters: Mapping[str, _Parameter], count: int) -> tuple[str, ...]:

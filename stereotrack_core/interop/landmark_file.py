@@ -16,16 +16,11 @@ import numpy as np
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.errors import Finding, InputError
 from stereotrack_core.geometry.upright import Z_UP, Upright
+from stereotrack_core.interop.calibrations.foreign import METRES_PER_UNIT, unit_named
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 
 _WIDEST_GAP, _MOST_MISSING = 10_000, 100
 """Rows that are filled in at most: so many, and so many for each frame that is known."""
-
-_METRES = {
-    **dict.fromkeys(("m", "meter", "meters", "metre", "metres"), 1.0),
-    "cm": 0.01,
-    **dict.fromkeys(("mm", "millimeter", "millimeters", "millimetre", "millimetres"), 0.001),
-}
 
 _AXIS = re.compile(r"([+-]?)([xyz])")
 
@@ -117,10 +112,10 @@ def checked_fps(fps: float) -> float:
 
 def metres_per(unit: str, where: str) -> float:
     """Metres in a unit of length; InputError for a unit that is not known."""
-    metres = _METRES.get(unit.lower())
-    if metres is None:
-        raise InputError(f"unknown unit {unit!r}", where=where, remedy="Use m, cm or mm.")
-    return metres
+    if (known := unit_named(unit)) is None:
+        remedy = f"Use {', '.join(METRES_PER_UNIT)}."
+        raise InputError(f"unknown unit {unit!r}", where=where, remedy=remedy)
+    return METRES_PER_UNIT[known]
 
 
 _UPRIGHT = 0.5  # cosine between trunk and up from which it is upright: a lean of up to 60 degrees

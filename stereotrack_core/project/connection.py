@@ -26,10 +26,7 @@ _PAUSE_SECONDS = 1.0  # without an edit, after which the log is brought into the
 
 
 def connect(path: Path) -> sqlite3.Connection:
-    """Connection for reading and writing.
-
-    Raises InputError where the file is no project of this program; ProjectDamaged.
-    """
+    """Connection for reading and writing. Raises InputError for no project; ProjectDamaged."""
     database = _checked(path, "rw")
     database.execute("PRAGMA foreign_keys = ON")
     return database
@@ -84,10 +81,7 @@ class LogWriter:
 
 
 def connect_for_reading(path: Path) -> sqlite3.Connection:
-    """Connection that cannot write. Sees what another program writes meanwhile.
-
-    Raises InputError, also where an unfinished edit cannot be taken back first; ProjectDamaged.
-    """
+    """Connection that cannot write, and sees another's edits. Raises InputError, ProjectDamaged."""
     try:
         return _checked(path, "ro")
     except sqlite3.OperationalError as error:

@@ -154,10 +154,7 @@ def _check_nothing_beside(path: Path) -> None:
 
 
 def check_header(path: Path) -> None:
-    """See from the first bytes that this program knows the project.
-
-    Raises InputError; ProjectDamaged where it was cut off.
-    """
+    """See by its first bytes that it is a known project. Raises InputError, ProjectDamaged."""
     if not os.path.lexists(path):
         raise InputError(
             "there is no such file",

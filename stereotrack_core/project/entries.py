@@ -4,8 +4,7 @@ import hashlib
 import json
 import sqlite3
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass
-from math import inf
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -238,16 +237,9 @@ def use_subject(subject: Subject, origin: str) -> Edit:
 def load_subject(subjects: Entries, name: str) -> Subject:
     """A subject of the project; InputError where there is none of that name."""
     facts = subjects.get(name).facts
+    known = {key: facts[key] for key in (*LENGTHS, "offsets") if facts.get(key) is not None}
     with making_sense(subjects.path, InputError):
-        lengths = {key: _length(facts.get(key)) for key in LENGTHS}
-        offsets = subject_in({"offsets": facts.get("offsets") or {}}, "subject").offsets
-        return Subject(name, **lengths, offsets=offsets)
-
-
-def _length(value: Any) -> float | None:
-    if value is not None and not (isinstance(value, int | float) and 0 < value < inf):
-        raise ValueError(f"{value!r} is not a length")
-    return None if value is None else float(value)
+        return replace(subject_in(known, "subject"), name=name)
 
 
 def save_landmark_set(landmarks: LandmarkSet) -> Edit:

@@ -142,21 +142,22 @@ def export_angles(path: Path, angles: JointAngles, fps: float | None) -> Exporte
     return Exported({path: f"joint angles of {counted(len(angles.frame), 'frame')}"})
 
 
-def _frames(write: Callable[[Path, Any, float | None], object]) -> Callable[..., Exported]:
+def _told(write: Callable[..., object], words: Callable[[Any], str]) -> Callable[..., Exported]:
+    """The function that writes data, and says in words what is in the file then."""
 
-    def written(path: Path, data: Any, fps: float | None) -> Exported:
-        write(path, data, fps)
-        return Exported({path: counted(len(data.frame), "frame")})
+    def written(path: Path, data: Any, more: Any = None) -> Exported:
+        write(path, data, more)
+        return Exported({path: words(data)})
 
     return written
+
+
+def _frames(write: Callable[[Path, Any, float | None], object]) -> Callable[..., Exported]:
+    return _told(write, lambda data: counted(len(data.frame), "frame"))
 
 
 def _clicks(write: Callable[[Path, ClickedRecording], object]) -> Callable[..., Exported]:
-    def written(path: Path, clicked: ClickedRecording) -> Exported:
-        write(path, clicked)
-        return Exported({path: f"{len(clicked.clicks)} clicks"})
-
-    return written
+    return _told(lambda path, data, _: write(path, data), lambda data: f"{len(data.clicks)} clicks")
 
 
 def _landmarks_of_reference(path: Path, reference: Reference, fps: float | None) -> None:
@@ -175,11 +176,6 @@ def _angles(path: Path, trajectory: LandmarkTrajectory, fps: float | None) -> Ex
 def _deeplabcut(path: Path, clicked: ClickedRecording) -> Exported:
     written = write_deeplabcut(path, clicked.clicks, clicked.landmarks.names)
     return Exported({file: f"{count} clicks" for file, count in written.items()})
-
-
-def _keypoint_table(path: Path, keypoints: Keypoints, recording: Recording) -> Exported:
-    write_table(path, keypoints, recording)
-    return Exported({path: counted(len(keypoints), "keypoint")})
 
 
 def _coco_results(path: Path, keypoints: Keypoints, recording: Recording) -> Exported:
@@ -207,7 +203,7 @@ FORMATS: tuple[ExportFormat, ...] = (
         "csv", "Table", (".csv",), *_TRAJECTORIES[:2],
         _frames(lambda path, one, _: write_reference_table(path, one)),
         _clicks(lambda path, one: write_clicks(path, one.clicks, one.recording)),
-        _keypoint_table, loses=_NOTES,
+        _told(write_table, lambda keypoints: counted(len(keypoints), "keypoint")), loses=_NOTES,
         lost_of_reference="covariances between axes, and uncertainties of limbs",
     ),
     ExportFormat(

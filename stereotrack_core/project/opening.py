@@ -182,10 +182,7 @@ def open_for_writing(path: Path, *, take_over: bool = False) -> Opened:
 
 
 def open_for_reading(path: Path) -> Opened:
-    """Open the file without a way to write to it, also while another program writes.
-
-    Raises InputError, ProjectDamaged.
-    """
+    """Open the file to be read, also while another writes. Raises InputError, ProjectDamaged."""
     locked, held = lock_path(path).exists(), is_held(path, unsure=True)
     with ExitStack() as stack, making_sense(path):
         database = stack.enter_context(closing(connect_for_reading(path)))

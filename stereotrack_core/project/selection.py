@@ -66,10 +66,7 @@ def clear_flags(project: Project, selection: Selection, kind: str = "") -> Edit:
 
 
 def set_keyframes(project: Project, selection: Selection, state: str) -> Edit:
-    """Let keyframes be ``done``, ``wanted`` or ``none``; a single frame becomes one.
-
-    Raises InputError where no keyframe is selected.
-    """
+    """Let keyframes be ``done``, ``wanted`` or ``none``; InputError if none is selected."""
     frames = tuple(k.frame for k in project.marks.keyframes() if k.frame in selection.frames)
     if state != "none" and len(selection.frames) == 1:
         frames = (selection.frames.start,)

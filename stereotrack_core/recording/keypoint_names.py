@@ -15,122 +15,88 @@ import numpy as np
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.errors import InputError
 
-_BOTH = ("left", "right")
-_FACE = ("nose", "left_eye", "right_eye", "left_ear", "right_ear")
-_EYES_AND_EARS = ("right_eye", "left_eye", "right_ear", "left_ear")
-_ARMS = tuple(f"{s}_{n}" for n in ("shoulder", "elbow", "wrist") for s in _BOTH)
-_LEGS = tuple(f"{s}_{n}" for n in ("hip", "knee", "ankle") for s in _BOTH)
-_FEET = tuple(f"{s}_{n}" for s in _BOTH for n in ("big_toe", "small_toe", "heel"))
+_GROUPS: Mapping[str, tuple[str, ...]] = {
+    "FACE": ("nose", "left_eye", "right_eye", "left_ear", "right_ear"),
+    "ARMS": tuple(f"{s}_{n}" for n in ("shoulder", "elbow", "wrist") for s in ("left", "right")),
+    "LEGS": tuple(f"{s}_{n}" for n in ("hip", "knee", "ankle") for s in ("left", "right")),
+    "FEET": tuple(f"{s}_{n}" for s in ("left", "right") for n in ("big_toe", "small_toe", "heel")),
+    **{f"{s}_arm": tuple(f"{s}_{n}" for n in ("shoulder", "elbow", "wrist"))
+       for s in ("left", "right")},
+    **{f"{s}_leg": tuple(f"{s}_{n}" for n in ("hip", "knee", "ankle")) for s in ("left", "right")},
+}  # fmt: skip
+"""Points that follow each other in several layouts."""
 
 
-def _limb(side: str, *names: str) -> tuple[str, ...]:
-    return tuple(f"{side}_{name}" for name in names)
+def _points(text: str, count: int = 0) -> tuple[str, ...]:
+    """Names of points and groups; up to `count` follow those of face and hands, which tell nothing
+    about the body.
+    """
+    names = [name for word in text.split() for name in _GROUPS.get(word, (word,))]
+    return (*names, *(f"point_{i}" for i in range(len(names), count)))
 
 
-_ARM, _LEG = ("shoulder", "elbow", "wrist"), ("hip", "knee", "ankle")
-_LONG_ARM = (*_ARM, "hand")
-
-COCO_17: tuple[str, ...] = (*_FACE, *_ARMS, *_LEGS)
+COCO_17: tuple[str, ...] = _points("FACE ARMS LEGS")
 """COCO 2017 person keypoints; the first 17 of COCO-WholeBody."""
 
-_BODY_19 = (
-    *("nose", "neck", *_limb("right", *_ARM), *_limb("left", *_ARM), "mid_hip"),
-    *(*_limb("right", *_LEG), *_limb("left", *_LEG), *_EYES_AND_EARS),
-)
-
-BODY_25: tuple[str, ...] = (*_BODY_19, *_FEET)  # OpenPose's BODY_25
-
-BODY_25B: tuple[str, ...] = (*COCO_17, "upper_neck", "head_top", *_FEET)
-"""OpenPose's BODY_25B; the first 25 of its BODY_135."""
-
-COCO_18: tuple[str, ...] = tuple(name for name in _BODY_19 if name != "mid_hip")
-"""OpenPose's older COCO model."""
-
-HALPE_26: tuple[str, ...] = (
-    *COCO_17,
-    *("head_top", "neck", "mid_hip"),
-    *(f"{s}_{n}" for n in ("big_toe", "small_toe", "heel") for s in _BOTH),
-)
-"""Halpe's 26 body points, as RTMPose's body models give them."""
-
-MEDIAPIPE_33: tuple[str, ...] = (
-    "nose",
-    *(f"{s}_eye{e}" for s in _BOTH for e in ("_inner", "", "_outer")),
-    *("left_ear", "right_ear", "mouth_left", "mouth_right"),
-    *_ARMS,
-    *(f"{s}_{n}" for n in ("pinky", "index", "thumb") for s in _BOTH),
-    *_LEGS,
-    *(f"{s}_{n}" for n in ("heel", "foot_index") for s in _BOTH),
+MEDIAPIPE_33: tuple[str, ...] = _points(
+    "nose left_eye_inner left_eye left_eye_outer right_eye_inner right_eye right_eye_outer "
+    "left_ear right_ear mouth_left mouth_right ARMS left_pinky right_pinky left_index right_index "
+    "left_thumb right_thumb LEGS left_heel right_heel left_foot_index right_foot_index"
 )
 """MediaPipe's pose landmarks, also known as BlazePose."""
 
-_KINECT_ARM = (*_LONG_ARM, "handtip", "thumb")
-
-
-def _rest(count: int, first: int) -> tuple[str, ...]:
-    """Points of face and hands, which tell nothing about the body."""
-    return tuple(f"point_{i}" for i in range(first, count))
-
+_COCO_18 = "nose neck right_arm left_arm right_leg left_leg right_eye left_eye right_ear left_ear"
+_BODY_19 = _COCO_18.replace("left_arm", "left_arm mid_hip")
+_BODY_25B = "FACE ARMS LEGS upper_neck head_top FEET"
+_HALPE_26 = (
+    "FACE ARMS LEGS head_top neck mid_hip left_big_toe right_big_toe left_small_toe "
+    "right_small_toe left_heel right_heel"
+)
 
 LAYOUTS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
         "coco17": COCO_17,
-        "coco18": COCO_18,
-        "body25": BODY_25,
-        "halpe26": HALPE_26,
+        "coco18": _points(_COCO_18),
+        "body25": _points(f"{_BODY_19} FEET"),
+        "halpe26": _points(_HALPE_26),
         "mediapipe33": MEDIAPIPE_33,
-        "body25b": BODY_25B,
-        "h36m17": (
-            *("mid_hip", *_limb("right", *_LEG), *_limb("left", *_LEG)),
-            *("spine", "neck", "face", "head_top", *_limb("left", *_ARM), *_limb("right", *_ARM)),
+        "body25b": _points(_BODY_25B),
+        "h36m17": _points("mid_hip right_leg left_leg spine neck face head_top left_arm right_arm"),
+        "posetrack17": _points("nose upper_neck head_top left_ear right_ear ARMS LEGS"),
+        "mpi3dhp17": _points(
+            "head_top neck right_arm left_arm right_leg left_leg mid_hip spine face"
         ),
-        "posetrack17": ("nose", "upper_neck", "head_top", *_FACE[3:], *_ARMS, *_LEGS),
-        "mpi3dhp17": (
-            *("head_top", "neck", *_limb("right", *_ARM), *_limb("left", *_ARM)),
-            *(*_limb("right", *_LEG), *_limb("left", *_LEG), "mid_hip", "spine", "face"),
+        "coco_neck18": _points("FACE ARMS LEGS neck"),
+        "body19": _points(_BODY_19),
+        "panoptic19": _points(
+            "neck nose mid_hip left_arm left_leg right_arm right_leg left_eye left_ear right_eye "
+            "right_ear"
         ),
-        "coco_neck18": (*COCO_17, "neck"),
-        "body19": _BODY_19,
-        "panoptic19": (
-            *("neck", "nose", "mid_hip", *_limb("left", *_ARM), *_limb("left", *_LEG)),
-            *(*_limb("right", *_ARM), *_limb("right", *_LEG)),
-            *("left_eye", "left_ear", "right_eye", "right_ear"),
+        "coco_feet23": _points("FACE ARMS LEGS FEET"),
+        "body23": _points(f"{_COCO_18.replace(' neck', '')} FEET"),
+        "kinect25": _points(
+            "mid_hip spine upper_neck head left_arm left_hand right_arm right_hand left_leg "
+            "left_foot right_leg right_foot neck left_handtip left_thumb right_handtip right_thumb"
         ),
-        "coco_feet23": (*COCO_17, *_FEET),
-        "body23": (*(n for n in _BODY_19 if n not in ("neck", "mid_hip")), *_FEET),
-        "kinect25": (
-            *("mid_hip", "spine", "upper_neck", "head"),
-            *(*_limb("left", *_LONG_ARM), *_limb("right", *_LONG_ARM)),
-            *(*_limb("left", *_LEG, "foot"), *_limb("right", *_LEG, "foot")),
-            *("neck", *_limb("left", "handtip", "thumb"), *_limb("right", "handtip", "thumb")),
+        "kinect32": _points(
+            "mid_hip spine chest upper_neck left_clavicle left_arm left_hand left_handtip "
+            "left_thumb right_clavicle right_arm right_hand right_handtip right_thumb left_leg "
+            "left_foot right_leg right_foot head nose left_eye left_ear right_eye right_ear"
         ),
-        "kinect32": (
-            *("mid_hip", "spine", "chest", "upper_neck"),
-            *(*_limb("left", "clavicle", *_KINECT_ARM), *_limb("right", "clavicle", *_KINECT_ARM)),
-            *(*_limb("left", *_LEG, "foot"), *_limb("right", *_LEG, "foot")),
-            *("head", "nose", "left_eye", "left_ear", "right_eye", "right_ear"),
+        "crowdpose14": _points("ARMS LEGS head_top neck"),
+        "aic14": _points("right_arm left_arm right_leg left_leg head_top neck"),
+        "lsp14": _points(
+            "right_ankle right_knee right_hip left_leg right_wrist right_elbow right_shoulder "
+            "left_arm neck head_top"
         ),
-        "crowdpose14": (*_ARMS, *_LEGS, "head_top", "neck"),
-        "aic14": (
-            *(*_limb("right", *_ARM), *_limb("left", *_ARM)),
-            *(*_limb("right", *_LEG), *_limb("left", *_LEG), "head_top", "neck"),
+        "mpi15": _points("head_top neck right_arm left_arm right_leg left_leg chest"),
+        "mpii16": _points(
+            "right_ankle right_knee right_hip left_leg mid_hip neck upper_neck head_top "
+            "right_wrist right_elbow right_shoulder left_arm"
         ),
-        "lsp14": (
-            *(*_limb("right", *_LEG[::-1]), *_limb("left", *_LEG)),
-            *(*_limb("right", *_ARM[::-1]), *_limb("left", *_ARM), "neck", "head_top"),
-        ),
-        "mpi15": (
-            *("head_top", "neck", *_limb("right", *_ARM), *_limb("left", *_ARM)),
-            *(*_limb("right", *_LEG), *_limb("left", *_LEG), "chest"),
-        ),
-        "mpii16": (
-            *(*_limb("right", *_LEG[::-1]), *_limb("left", *_LEG)),
-            *("mid_hip", "neck", "upper_neck", "head_top"),
-            *(*_limb("right", *_ARM[::-1]), *_limb("left", *_ARM)),
-        ),
-        "coco133": (*COCO_17, *_FEET, *_rest(133, 23)),
-        "body135": (*BODY_25B, *_rest(135, 25)),
-        "halpe136": (*HALPE_26, *_rest(136, 26)),
+        "coco133": _points("FACE ARMS LEGS FEET", 133),
+        "body135": _points(_BODY_25B, 135),
+        "halpe136": _points(_HALPE_26, 136),
     }
 )
 """Layouts by name: names of the points in their order; of equal length the usual one first.

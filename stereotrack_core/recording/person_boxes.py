@@ -1,6 +1,6 @@
 """Where the person is in each view, over the whole recording, without any tracking."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import TypeAlias
 
@@ -8,9 +8,9 @@ import cv2
 import numpy as np
 
 from stereotrack_core.arrays import BoolArray, Float32Array, ImageArray
-from stereotrack_core.errors import Cancelled
 from stereotrack_core.recording.description import Recording, View
 from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.work import NO_WORK, Work
 
 Box: TypeAlias = tuple[float, float, float, float]
 """Left, top, right and bottom, in pixels of a view's reference image."""
@@ -25,9 +25,7 @@ _LEAST_SHARE = 0.6  # of all that changes a little: else it is the camera, or th
 _LEAST_AREA, _MOST_AREA = 0.003, 0.6  # shares of the image; more is a lamp, not a person
 
 
-def person_boxes(
-    recording: Recording, cancelled: Callable[[], bool] = lambda: False
-) -> dict[str, Box]:
+def person_boxes(recording: Recording, work: Work = NO_WORK) -> dict[str, Box]:
     """Boxes around all that a person does, by the name of the view.
 
     A few frames spread over the recording are compared with the empty scene where the recording
@@ -42,7 +40,7 @@ def person_boxes(
     boxes: dict[str, Box] = {}
     with FrameReader(alone, colour=False, cache_bytes=1, read_ahead=0) as reader:
         count, _ = reader.frame_count_so_far()
-        seen = _seen(reader, _spread(_FRAMES, count), cancelled)
+        seen = _seen(reader, _spread(_FRAMES, count), work)
         for view in views:
             background = reader.background(view.name)
             empty = None if background is None else _small(background[1])
@@ -50,7 +48,7 @@ def person_boxes(
             if found is not None:
                 boxes[view.name] = _scaled(found, recording, view)
         if boxes.keys() < seen.keys():
-            seen = _seen(reader, _spread(_MANY_FRAMES, count), cancelled)
+            seen = _seen(reader, _spread(_MANY_FRAMES, count), work)
             for view in views:
                 sways = None if view.name in boxes else _swaying(seen[view.name])
                 if sways is not None:
@@ -63,14 +61,11 @@ def _spread(wanted: int, count: int) -> list[int]:
     return sorted({round(k) for k in np.linspace(0, count - 1, min(wanted, count))})
 
 
-def _seen(
-    reader: FrameReader, frames: Iterable[int], cancelled: Callable[[], bool]
-) -> dict[str, list[Float32Array]]:
+def _seen(reader: FrameReader, frames: Iterable[int], work: Work) -> dict[str, list[Float32Array]]:
     """Small images of some frames, by the name of the view."""
     seen: dict[str, list[Float32Array]] = {view.name: [] for view in reader.recording.views}
     for frame in frames:
-        if cancelled():
-            raise Cancelled
+        work.check()
         for name, images in reader.frame_set(frame).views.items():
             seen[name].append(_small(images.image))
     return seen

@@ -28,6 +28,7 @@ from stereotrack_core.simulation.skeleton import (
     head_centre,
     rest_joints,
 )
+from stereotrack_core.vtk_build import vtk_module
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,22 +58,20 @@ def rest_surface(
     axes = [np.arange(lo, hi, spacing) for lo, hi in zip(low, high, strict=True)]
     field = _distance_on_grid(pieces, axes)
     # VTK takes its time to load, and a window that simulates nothing does without
-    from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
-    from vtkmodules.vtkCommonDataModel import vtkImageData
-    from vtkmodules.vtkFiltersCore import vtkFlyingEdges3D
-
-    image = vtkImageData()
+    numpy_support = vtk_module("util.numpy_support")
+    image = vtk_module("vtkCommonDataModel").vtkImageData()
     image.SetDimensions(*field.shape)
     image.SetSpacing(spacing, spacing, spacing)
     image.SetOrigin(*low)
     values = np.ascontiguousarray(field.ravel(order="F"), dtype=np.float32)
-    image.GetPointData().SetScalars(numpy_to_vtk(values, deep=1))
-    contour = vtkFlyingEdges3D()
+    image.GetPointData().SetScalars(numpy_support.numpy_to_vtk(values, deep=1))
+    contour = vtk_module("vtkFiltersCore").vtkFlyingEdges3D()
     contour.SetInputData(image)
     contour.SetValue(0, 0.0)
     contour.ComputeNormalsOff()
     contour.Update()
     mesh = contour.GetOutput()
+    vtk_to_numpy = numpy_support.vtk_to_numpy
     vertices = vtk_to_numpy(mesh.GetPoints().GetData()).astype(np.float64)
     triangles = vtk_to_numpy(mesh.GetPolys().GetConnectivityArray()).reshape(-1, 3)[:, ::-1]
     normals = _field_normals(field, (vertices - low) / spacing)

@@ -1,6 +1,6 @@
 """Simulated recordings: a person moves in a room, cameras look, the truth is kept."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import ExitStack
 from dataclasses import dataclass, field
@@ -13,7 +13,7 @@ import numpy as np
 from stereotrack_core.arrays import FloatArray, ImageArray
 from stereotrack_core.atomic import filling
 from stereotrack_core.compiled import load_before_threads
-from stereotrack_core.errors import Cancelled, InputError
+from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.description import Recording, Stream, View
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
@@ -40,6 +40,7 @@ from stereotrack_core.simulation.skeleton import (
     person_named,
     posed_bones,
 )
+from stereotrack_core.work import NO_WORK, Work
 
 _WAYS = (((-3.9, -2.2), (3.3, -2.4)), ((3.3, 2.3), (-3.0, 2.4)))
 """Beyond the working volume, to and fro, on the floor."""
@@ -173,29 +174,15 @@ def build_scene(made: Simulation, workers: Executor) -> Scene:
     )
 
 
-Progress = Callable[[int, int], None]
 _WORKERS = 2
 _CRF = 16  # leaves the sensor's noise nearly as it is, at less than half the size of lossless
 
 
-def simulate(
-    folder: Path,
-    simulation: Simulation | None = None,
-    *,
-    on_progress: Progress | None = None,
-    cancelled: Callable[[], bool] | None = None,
-) -> None:
+def simulate(folder: Path, simulation: Simulation | None = None, work: Work = NO_WORK) -> None:
     """Make a recording folder with rendered stereo images and truth.
 
-    Raises InputError for a folder that holds something; Cancelled when stopped; nothing is left
-    behind.
-
-    Parameters
-    ----------
-    folder : must not exist yet, or be empty. It appears when everything is finished.
-    simulation : what to simulate
-    on_progress : called with frames done and frames in all
-    cancelled : asked before every frame
+    The folder must not exist yet, or be empty. It appears when everything is finished. Raises
+    InputError for one that holds something; Cancelled when stopped; nothing is left behind.
 
     Examples
     --------
@@ -229,11 +216,8 @@ def simulate(
             }
             truth = []
             for frame in range(made.frames):
-                if cancelled is not None and cancelled():
-                    raise Cancelled
+                work.step(frame / made.frames, f"frame {frame}")
                 truth.append(_make_frame(scene, frame, videos, sensors, workers))
-                if on_progress is not None:
-                    on_progress(frame + 1, made.frames)
         _describe(workplace, folder.name, made, scene, np.array(truth))
 
 

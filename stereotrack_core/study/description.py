@@ -283,10 +283,7 @@ class Listed:
 
 
 def with_recordings(study: Study, folders: Sequence[Path], work: Work = NO_WORK) -> Listed:
-    """List all recordings in folders behind those listed, each with its newest project.
-
-    Raises InputError, Cancelled.
-    """
+    """List recordings behind those listed, each with its newest project. InputError, Cancelled."""
     rows = {study.place(row.recording): row for row in study.rows}
     added = []
     for folder in _found(folders):

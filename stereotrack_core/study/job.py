@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, Literal, NamedTuple, Protocol, TypeAlias
 
 from stereotrack_core.atomic import make_folder
-from stereotrack_core.errors import Cancelled, InputError
+from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation.failure_segments.find import FailureSearch, stretches_of
 from stereotrack_core.evaluation.joint_angles import angle_ranges, angles_of_run
 from stereotrack_core.evaluation.measures import measure_named, measured
@@ -124,10 +124,7 @@ class Watcher(Protocol):
 
 
 def do_batch(
-    jobs: Sequence[Job],
-    *,
-    on_frames: Callable[[int], None] = lambda _: None,
-    cancelled: Callable[[], bool] = lambda: False,
+    jobs: Sequence[Job], *, on_frames: Callable[[int], None] = lambda _: None
 ) -> Generator[JobResult, None, None]:
     """Do jobs that share their clouds; gives each result as soon as it is known.
 
@@ -141,26 +138,21 @@ def do_batch(
             on_frames(len(job.frames))
             yield _result(job, recording, partial(read_npz, Path(job.keep)))
         if waiting:
-            yield from _tracked(waiting, recording, on_frames, cancelled)
-    except Cancelled:
-        raise
+            yield from _tracked(waiting, recording, on_frames)
     except Exception as error:  # noqa: BLE001 - told as the result of every job
         for job in waiting:
             yield failure(job.identity, error)
 
 
 def _tracked(
-    waiting: list[Job],
-    recording: Recording,
-    on_frames: Callable[[int], None],
-    cancelled: Callable[[], bool],
+    waiting: list[Job], recording: Recording, on_frames: Callable[[int], None]
 ) -> Generator[JobResult, None, None]:
     """Results of jobs, which are taken from the list as soon as they have one."""
     count, begun = len(waiting), time.perf_counter()
     blind = dataclasses.replace(recording, reference=None)  # the tracker never sees the truth
     specs = [job.spec for job in waiting]
     share: float | None = None
-    for made in track_together(blind, specs, on_frames=on_frames, cancelled=cancelled):
+    for made in track_together(blind, specs, on_frames=on_frames):
         if share is None:
             share = (time.perf_counter() - begun) / count
         job = waiting.pop(0)

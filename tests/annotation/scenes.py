@@ -14,6 +14,7 @@ from stereotrack_core.depth.points import Volume
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.rotation import rotation_from_vector
 from stereotrack_core.geometry.transform import RigidTransform
+from tests.tracking.views import looking
 
 MATRIX = np.array([[520.0, 0, 322.5], [0, 515.0, 236.5], [0, 0, 1]])
 LENSES = {
@@ -29,13 +30,8 @@ VOLUME = Volume(np.array([-1.8, -1.8, 0.0]), np.array([1.8, 1.8, 2.4]))
 def looking_in(azimuth_deg: float, distance: float = 2.8) -> RigidTransform:
     """camera_from_world 1.7 m high, looking at the middle of the scene."""
     azimuth = np.radians(azimuth_deg)
-    place = np.array([distance * np.cos(azimuth), distance * np.sin(azimuth), 1.7])
-    z = np.array([0.0, 0.0, 1.1]) - place
-    z /= np.linalg.norm(z)
-    x = np.cross(z, [0.0, 0.0, 1.0])
-    x /= np.linalg.norm(x)
-    rotation = np.stack([x, np.cross(z, x), z])
-    return RigidTransform(rotation, -rotation @ place)
+    place = (distance * np.cos(azimuth), distance * np.sin(azimuth), 1.7)
+    return looking(place, (0.0, 0.0, 1.1)).inverse()
 
 
 def cameras(lens: str = "barrel") -> dict[str, Camera]:

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from stereotrack_core.annotation.predict import (
@@ -28,6 +28,7 @@ def distance_to_line(point, line):
 
 
 @pytest.mark.parametrize("lens", LENSES)
+@settings(max_examples=30)
 @given(pixel=pixels, share=st.floats(0, 1), names=st.permutations("NOSW"))
 def test_curve_goes_through_every_point_of_the_ray(lens, pixel, share, names):
     rig = cameras(lens)

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stereotrack_core.annotation.click import Click, Visibility
@@ -21,6 +21,7 @@ def clicked(rig, world, names, sigma=0.0, seed=0):
 
 
 @pytest.mark.parametrize("lens", LENSES)
+@settings(max_examples=30)
 @given(world=places, names=st.permutations("NOSW"), count=st.integers(2, 4))
 def test_exact_clicks_give_their_point(lens, world, names, count):
     rig = cameras(lens)

@@ -210,25 +210,16 @@ def corrected(wanted, rig, propose):
     return list(own.values())
 
 
-def test_following_the_images_saves_more_clicks_than_the_motion_alone(clip):
-    rig = {view.image.camera: clip.cameras[view.image.camera] for view in clip.views}
-    points = clip.reference.points
-    seen = seen_by(pixels(points, rig), sigma=0.5, seed=1)
-    with FrameReader(clip, colour=False) as reader:
-        clicks, counts = annotate(seen, rig, clip.fps, reader=reader)
-    _, alone = annotate(seen, rig, clip.fps)
-    assert counts[0] == 18, "the first frame is clicked whole"
-    assert 2 * sum(counts[1:]) < 18 * len(counts[1:])
-    assert sum(counts) <= sum(alone)
-    accepted = [one for one in clicks if one.origin == ACCEPTED]
-    assert all(np.hypot(*np.subtract(one.position, seen[one.key])) <= FAR_OFF for one in accepted)
-
-
-def test_following_the_body_saves_more_clicks_than_following_points(clip):
+def test_following_saves_clicks_and_following_the_body_most(clip):
     rig = {view.image.camera: clip.cameras[view.image.camera] for view in clip.views}
     seen = seen_by(pixels(clip.reference.points, rig), sigma=0.5, seed=1)
     with FrameReader(clip, colour=False) as reader:
-        _, points = annotate(seen, rig, clip.fps, reader=reader)
+        clicks, counts = annotate(seen, rig, clip.fps, reader=reader)
         lengths = proportions_of(clip.subject)
         _, body = annotate(seen, rig, clip.fps, reader=reader, proportions=lengths)
-    assert sum(body) < sum(points)
+    _, alone = annotate(seen, rig, clip.fps)
+    assert counts[0] == 18, "the first frame is clicked whole"
+    assert 2 * sum(counts[1:]) < 18 * len(counts[1:])
+    assert sum(body) < sum(counts) <= sum(alone)
+    accepted = [one for one in clicks if one.origin == ACCEPTED]
+    assert all(np.hypot(*np.subtract(one.position, seen[one.key])) <= FAR_OFF for one in accepted)

@@ -7,6 +7,7 @@ from stereotrack_core.calibrate.lens import BROWN5, FISHEYE, RATIONAL, Lens
 from stereotrack_core.calibrate.pictures import Sightings
 from stereotrack_core.geometry.transform import RigidTransform
 from tests.calibrate.board_pictures import board_in_view
+from tests.tracking.views import looking
 
 BOARD = Board(9, 6, 0.06)
 SIZE = (640, 480)
@@ -21,12 +22,7 @@ ROUND = Lens(FISHEYE, np.array([250.0, 251.0, 322.0, 238.0, -0.02, 0.006, -0.003
 
 def looking_at(place, target=(0.0, 0.0, 1.0)):
     """Pose camera_from_world of an upright camera."""
-    place, target = np.asarray(place, float), np.asarray(target, float)
-    forward = (target - place) / np.linalg.norm(target - place)
-    right = np.cross(forward, [0.0, 0.0, 1.0])
-    right /= np.linalg.norm(right)
-    rotation = np.stack([right, np.cross(forward, right), forward])
-    return RigidTransform(rotation, -rotation @ place)
+    return looking(np.asarray(place, float), np.asarray(target, float)).inverse()
 
 
 def boards_before(camera, count, seed, board=BOARD, distances=(1.0, 2.5)):

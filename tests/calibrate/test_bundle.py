@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import least_squares
 
@@ -95,6 +95,7 @@ _STEP = 1e-6
 
 
 @pytest.mark.parametrize("model", LENS_MODELS.values(), ids=LENS_MODELS)
+@settings(max_examples=30)
 @given(seed=st.integers(0, 10_000))
 def test_derivatives_agree_with_finite_differences(model, seed):
     rng = np.random.default_rng(seed)

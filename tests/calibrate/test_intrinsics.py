@@ -42,7 +42,7 @@ def seen_by(lens, count=16, noise=0.1, seed=1, distances=(1.0, 2.0)):
     ids=["brown", "radial", "rational", "fisheye"],
 )
 def test_the_model_is_no_richer_than_the_lens(lens, model, distances):
-    sightings, camera = seen_by(lens, count=25, noise=0.05, distances=distances)
+    sightings, camera = seen_by(lens, noise=0.05, distances=distances)
     found = calibrate_intrinsics(sightings, BOARD)
     assert found.lens.model.name == model
     assert abs(found.camera.focal / camera.focal - 1) < 0.002
@@ -58,7 +58,7 @@ def test_outlying_pictures_are_removed_with_a_reason():
     pixels = sightings.pixels.copy()
     pixels[3] += rng.normal(0, 2.0, pixels[3].shape)
     pixels[7, :6] += 15.0
-    found = calibrate_intrinsics(replace(sightings, pixels=pixels), BOARD)
+    found = calibrate_intrinsics(replace(sightings, pixels=pixels), BOARD, model="brown5")
     out = {one.frame: one.reason for one in found.sightings.left_out}
     assert set(out) == {3} or set(out) == {3, 7}
     assert "px off, usual are 0." in out[3]
@@ -92,7 +92,7 @@ def test_parallel_boards_are_refused():
 def test_noise_in_the_values_is_as_large_as_stated():
     lens = Lens(RADIAL, BENT.as_model(RADIAL).values)
     scaled = []
-    for seed in range(4):
+    for seed in range(3):
         sightings, _ = seen_by(lens, seed=seed)
         found = calibrate_intrinsics(sightings, BOARD, model="radial")
         scaled.append((found.lens.values[:4] - lens.values[:4]) / found.sigma)

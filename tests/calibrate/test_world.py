@@ -122,12 +122,12 @@ def bent_camera_at(name, *place):
     return BENT.camera(name, SIZE, looking_at(place))
 
 
-@pytest.mark.parametrize("boards", [3, 5])
-def test_few_far_boards_do_not_put_a_camera_elsewhere(boards):
+def test_few_far_boards_do_not_put_a_camera_elsewhere():
+    boards = 3
     cameras = [bent_camera_at("a", 0, -3.2, 1.2), bent_camera_at("b", 2.6, -2.2, 1.4)]
     true = cameras[1].camera_from_world @ cameras[0].world_from_camera
     off = []
-    for seed in range(20):
+    for seed in range(10):
         many = boards_before(cameras[0], 60, seed=seed, distances=(6.0, 9.0))
         seen = [sightings_of(one, many, seed, noise=0.8) for one in cameras]
         common = sorted(set(seen[0].frames.tolist()) & set(seen[1].frames.tolist()))[:boards]

@@ -36,18 +36,12 @@ def run(capsys):
 
 
 @pytest.fixture(scope="session")
-def recording(tmp_path_factory):
-    """A tiny rendered recording: two stereo views, ten frames, a T pose at first."""
-    folder = tmp_path_factory.mktemp("cli") / "tiny"
-    small = ("--set", "width=320", "--set", "height=240", "--set", "focal=200")
-    frames = ("--frames", "10", "--views", "NS", "--motion", "t-pose")
-    assert main(["simulate", str(folder), *frames, *small]) == 0
-    return folder
+def recording(sound):
+    """A tiny recording: two stereo views, ten frames, a T pose."""
+    return sound
 
 
 @pytest.fixture(scope="session")
-def tracked(recording):
+def tracked(whole):
     """A run of the tiny recording."""
-    path = recording.parent / "tiny.npz"
-    assert main(["track", str(recording), "-o", str(path), "--preset", "fast"]) == 0
-    return path
+    return whole

@@ -3,39 +3,15 @@
 import shutil
 
 import numpy as np
-import pytest
 
 from stereotrack_core.interop.run_file import read_run
-from stereotrack_core.program import main
+from tests.conftest import FAST
 
-pytestmark = pytest.mark.xdist_group("cli")
 HEADER = "frame,view,kind,x,y,z,sigma,confidence\n"
 
 
-GIVEN = ("--preset", "fast", "--init", "tpose", "--set", "fit_shape=no", "--frames", "0:3")
-
-
-@pytest.fixture(scope="module")
-def plain(recording, tmp_path_factory):
-    """Landmarks of three frames without detections."""
-    output = tmp_path_factory.mktemp("plain") / "run.npz"
-    assert main(["track", str(recording), "-o", str(output), *GIVEN]) == 0
-    return read_run(output).landmarks
-
-
-@pytest.fixture
-def track(run, tmp_path):
-    """Function from a recording and options to the landmarks of three frames."""
-
-    def tracked(folder, *options):
-        output = tmp_path / "run.npz"
-        run("track", folder, "-o", output, *GIVEN, *options)
-        return read_run(output).landmarks
-
-    return tracked
-
-
-def test_a_file_of_detections_takes_part(track, plain, recording, tmp_path):
+def test_a_file_of_detections_takes_part(run, recording, tracked, tmp_path):
+    plain = read_run(tracked).landmarks[:3]
     seen = np.flatnonzero(np.isfinite(plain[:, 6, 0]))
     assert len(seen)
     heads = {k: plain[k, 6] + [0.0, 0.04, 0.0] for k in seen}
@@ -44,7 +20,8 @@ def test_a_file_of_detections_takes_part(track, plain, recording, tmp_path):
     other = tmp_path / "with-its-own"
     shutil.copytree(recording, other)
     (other / "detections.csv").write_text(HEADER + "".join(rows))
-    moved = (track(other) - plain)[seen, 6, 1]
+    run("track", other, "-o", tmp_path / "run.npz", *FAST, "--frames", "0:3")
+    moved = (read_run(tmp_path / "run.npz").landmarks - plain)[seen, 6, 1]
     assert np.nanmax(moved) > 0.01
     assert not np.nanmin(moved) < 0.0
 

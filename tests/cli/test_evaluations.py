@@ -15,8 +15,6 @@ from stereotrack_core.project.project import Project
 from stereotrack_core.recording.landmarks import write_landmarks
 from tests.evaluation.failure_segments.runs import recorded
 
-pytestmark = pytest.mark.xdist_group("cli")
-
 
 @pytest.fixture(scope="module")
 def failing(tmp_path_factory):

@@ -12,8 +12,7 @@ from stereotrack_core.interop.run_file import read_run, read_trajectory
 from stereotrack_core.recording.description import read_subject
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.landmarks import LANDMARKS
-
-pytestmark = pytest.mark.xdist_group("cli")
+from tests.conftest import FAST
 
 
 @pytest.fixture(scope="module")
@@ -111,7 +110,7 @@ def test_a_few_clicked_frames_make_a_subject_file(run, recording, tracked, click
 
 
 def test_clicks_are_measurements_of_a_run(run, recording, clicks, tmp_path):
-    settings = ("--preset", "fast", "--frames", "0:4", "--clicks", clicks, "--json")
+    settings = (*FAST, "--frames", "0:4", "--clicks", clicks, "--json")
     ended = run("track", recording, "-o", tmp_path / "run.npz", *settings)
     assert set(ended.json["repaired"]) <= {1, 2}  # between the clicked frames
     first = read_run(tmp_path / "run.npz")

@@ -12,8 +12,6 @@ from stereotrack_core.project.project import Project
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 from tests.recording.small import STANDING
 
-pytestmark = pytest.mark.xdist_group("cli")
-
 
 def waving(frames, fps):
     """Somebody who lowers and raises both arms within two seconds, seen at some frames."""

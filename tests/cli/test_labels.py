@@ -10,8 +10,6 @@ from stereotrack_core.interop.run_file import read_trajectory
 from stereotrack_core.project.clicks import delete_clicks, place_clicks
 from stereotrack_core.project.project import Project
 
-pytestmark = pytest.mark.xdist_group("cli")
-
 CLICKS = (
     Click(0, "N_right", "left_elbow", (10.25, 20.5)),
     Click(0, "N_left", "left_elbow", (12.0, 20.5), Visibility.GUESSED),

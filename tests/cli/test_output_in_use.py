@@ -7,7 +7,6 @@ import pytest
 from stereotrack_core import locks
 from stereotrack_core.locks import FileLock
 
-pytestmark = pytest.mark.xdist_group("cli")
 CALIBRATE = ("calibrate", "intrinsics", "--images", "a*.png", "--camera", "a")
 
 

@@ -2,11 +2,7 @@
 
 import shutil
 
-import pytest
-
 from stereotrack_core.project.project import Project
-
-pytestmark = pytest.mark.xdist_group("cli")
 
 
 def test_a_project_of_a_recording(run, recording, tmp_path):

@@ -10,8 +10,6 @@ from stereotrack_core.project.project import Project
 from tests.simulated_keypoints import KeypointErrors, simulated_keypoints
 from tests.tracking.keypoints.mono import FRAMES, mono_recording, truth
 
-pytestmark = pytest.mark.xdist_group("cli")
-
 
 @pytest.fixture
 def mono(tmp_path):

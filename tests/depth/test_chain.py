@@ -35,8 +35,7 @@ def assert_is_the_box(points, shift=0.0, tolerance=0.015):
         assert abs(high[axis] - offset - BOX[axis, 1]) < 0.06
 
 
-@pytest.mark.parametrize("matcher", ["bm", "sgbm"])
-@pytest.mark.parametrize("region", ["whole", "changed"])
+@pytest.mark.parametrize(("matcher", "region"), [("bm", "whole"), ("sgbm", "changed")])
 def test_every_view_puts_the_box_where_it_stands(matcher, region):
     recording = stereo_recording()
     chain = chain_with_background(recording, matcher=matcher, match_region=region)
@@ -201,8 +200,8 @@ def offsets(seen):
     return [row_offset(partial(sources[name].opened, one)) for name, one in seen.views.items()]
 
 
-@pytest.mark.parametrize("rows", [-0.6, 0.7])
-def test_the_offset_of_each_view_is_measured_and_taken_off(rows):
+def test_the_offset_of_each_view_is_measured_and_taken_off():
+    rows = -0.6
     np.testing.assert_allclose(offsets(lowered(rows)), [rows, 2 * rows], atol=0.11)
     chain = chain_with_background(RECORDING, sets=[lowered(rows, k) for k in range(3)])
     cloud, kept = chain.process(lowered(rows)), chain_with_background(RECORDING, align_rows=False)
@@ -211,8 +210,8 @@ def test_the_offset_of_each_view_is_measured_and_taken_off(rows):
     assert len(cloud.points) > 1.02 * len(kept.process(lowered(rows)).points)
 
 
-@pytest.mark.parametrize("rows", [0.0, 0.05])
-def test_what_is_hardly_off_stays_as_it_is(rows):
+def test_what_is_hardly_off_stays_as_it_is():
+    rows = 0.05
     aligned, kept = (
         chain_with_background(RECORDING, sets=[lowered(rows)], align_rows=on).process(lowered(rows))
         for on in (True, False)

@@ -22,8 +22,7 @@ def clouds(folder, frames, **values):
         return recording, [chain.process(reader.frame_set(k)) for k in frames]
 
 
-@pytest.mark.parametrize("name", ["mesh-P2", "mesh-P4"])
-@pytest.mark.parametrize("region", ["whole", "changed"])
+@pytest.mark.parametrize(("name", "region"), [("mesh-P2", "whole"), ("mesh-P4", "changed")])
 def test_the_cloud_of_the_first_frame_lies_around_every_landmark(shared_recording, name, region):
     recording, (cloud,) = clouds(shared_recording(name), [0], match_region=region)
     assert not cloud.problems

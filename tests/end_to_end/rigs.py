@@ -15,6 +15,7 @@ from stereotrack_core.recording.writing import write_recording_description
 from stereotrack_core.simulation import make
 from stereotrack_core.simulation.rig import SceneOptions
 from stereotrack_core.simulation.skeleton import PEOPLE
+from tests.tracking.views import looking
 
 _COMPASS = "NOSW"
 _SEED = 5
@@ -72,18 +73,13 @@ def _cameras(rig: Rig) -> dict[str, Camera]:
     for view, bearing in zip(_COMPASS, rig.bearings, strict=False):
         turn = np.radians(bearing)
         off = rig.distance * np.array([np.sin(turn), np.cos(turn)])
-        place = np.array([*off, rig.camera_height])
-        forward = np.array([0.0, 0.0, rig.looks_at]) - place
-        forward /= np.linalg.norm(forward)
-        right = np.cross(forward, [0.0, 0.0, 1.0])
-        right /= np.linalg.norm(right)
-        rotation = np.stack([right, np.cross(forward, right), forward])
+        pose = looking((*off, rig.camera_height), (0.0, 0.0, rig.looks_at)).inverse()
         middle = (rig.width - 1) / 2, (rig.height - 1) / 2
         matrix = np.array([[rig.focal, 0, middle[0]], [0, rig.focal, middle[1]], [0, 0, 1.0]])
         for side, shift in (("left", rig.baseline), ("right", 0.0)):
-            pose = RigidTransform(rotation, -rotation @ place + [shift, 0.0, 0.0])
+            own = RigidTransform(pose.rotation, pose.translation + [shift, 0.0, 0.0])
             name = f"{view}_{side}"
-            cameras[name] = Camera(name, rig.width, rig.height, matrix, np.zeros(5), False, pose)
+            cameras[name] = Camera(name, rig.width, rig.height, matrix, np.zeros(5), False, own)
     return cameras
 
 

@@ -14,7 +14,7 @@ from stereotrack_core.interop.run_file import read_run
 from stereotrack_core.interop.run_journal import has_frames
 from stereotrack_core.program import main
 from stereotrack_core.study.store import journal_of, stored_results
-from tests.end_to_end.conftest import FAST
+from tests.conftest import FAST
 from tests.same_run import same_run
 
 pytestmark = [

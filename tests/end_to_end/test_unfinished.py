@@ -12,7 +12,8 @@ from pathlib import Path
 import pytest
 
 from stereotrack_core.interop.run_file import read_run, write_run
-from tests.end_to_end.conftest import DENSE, FAST, FRAMES, Ended
+from tests.conftest import FAST
+from tests.end_to_end.conftest import DENSE, FRAMES, Ended
 from tests.end_to_end.damage import substitute
 from tests.same_run import same_run
 
@@ -50,25 +51,31 @@ def stopped_by(how: signal.Signals | str, *words: object) -> Ended:
 
 
 @pytest.fixture(scope="module")
-def killed(sound, whole):
-    """What a run leaves that is killed."""
-    ended = stopped_by(signal.SIGKILL, sound, "-o", whole.with_name("killed.npz"), *FAST)
-    assert ended.status == -signal.SIGKILL
-    return part_of(whole.with_name("killed.npz"))
+def older(whole, tmp_path_factory):
+    """An output at which a complete older run stands."""
+    run, place = read_run(whole), tmp_path_factory.mktemp("older") / "run.npz"
+    write_run(place, replace(run, landmarks=run.landmarks + 0.01, x=run.x + 0.01))
+    return place
+
+
+@pytest.fixture(scope="module")
+def killed(sound, older):
+    """How a run ended that was killed, and what is left of it beside the older run."""
+    ended = stopped_by(signal.SIGKILL, sound, "-o", older, *FAST)
+    return ended, part_of(older).read_bytes()
+
+
+@pytest.fixture
+def place(older, tmp_path):
+    """The output in a folder of its own."""
+    return Path(shutil.copy(older, tmp_path))
 
 
 @pytest.fixture
 def left(killed, place):
-    """The same beside an older run."""
-    return Path(shutil.copy(killed, part_of(place)))
-
-
-@pytest.fixture
-def place(whole, tmp_path):
-    """An output at which a complete older run stands."""
-    run, place = read_run(whole), tmp_path / "run.npz"
-    write_run(place, replace(run, landmarks=run.landmarks + 0.01, x=run.x + 0.01))
-    return place
+    """What the killed run has left there."""
+    part_of(place).write_bytes(killed[1])
+    return part_of(place)
 
 
 def part_of(place):
@@ -76,11 +83,14 @@ def part_of(place):
 
 
 @pytest.mark.parametrize("how", ENDS)
-def test_nothing_is_lost_whatever_ends_it(how, sound, whole, place, run):
-    before = place.read_bytes()
-    ended = stopped_by(how, sound, "-o", place, *FAST)
-    assert place.read_bytes() == before
+def test_nothing_is_lost_whatever_ends_it(how, sound, whole, older, killed, place, run):
     part = part_of(place)
+    if how == signal.SIGKILL:
+        ended, content = killed
+        part.write_bytes(content)
+    else:
+        ended = stopped_by(how, sound, "-o", place, *FAST)
+    assert place.read_bytes() == older.read_bytes()
     left = read_run(part)
     assert left.frame.tolist() == list(range(HELD))
     assert left.meta["incomplete"]
@@ -122,7 +132,7 @@ def test_without_an_older_run_the_frames_are_written_too(sound, whole, tmp_path,
 )
 def test_a_background_that_is_learned_on_the_way_goes_on_too(preset, copy, tmp_path, run):
     substitute(copy / "recording.toml", r"(?m)^background = .*\n", "")
-    words = (copy, *FAST, *DENSE, "--preset", preset, "--frames", "0:8")
+    words = (copy, *FAST, *DENSE, "--preset", preset, "--frames", "0:6")
     words += ("--set", "search_proposals=60", "--set", "data_points=300")
     words += ("--set", "outlier_neighbours=0")  # tiny pictures give sparse points
     place = tmp_path / "run.npz"

@@ -8,8 +8,10 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
+import tomli_w
 
-from stereotrack_core.annotation.landmark_set import NINE, write_landmark_set
+from stereotrack_core.annotation.landmark_set import NINE
+from stereotrack_core.atomic import write_file
 from stereotrack_core.demo import copied_demo
 from stereotrack_core.evaluation.joint_angles import angles_of_run
 from stereotrack_core.interop.bvh import write_bvh
@@ -123,7 +125,7 @@ FILES: dict[str, Callable[[Path, Samples], object]] = {
     "keypoints.json": lambda path, our: write_results(path, our.keypoints, our.recording),
     "deeplabcut.csv": lambda path, our: write_deeplabcut(path, our.clicks, NINE.names),
     "sleap.slp": lambda path, our: write_sleap(path, our.seen_clicks, our.recording, NINE),
-    "landmark set.toml": lambda path, _: write_landmark_set(path, NINE),
+    "landmark set.toml": lambda path, _: write_file(path, tomli_w.dumps(NINE.facts())),
     "preset.toml": lambda path, _: write_preset(path, PRESET),
     "subject.toml": lambda path, our: write_subject(path, our.recording.subject),
     "calibration.toml": lambda path, our: write_calibration(path, our.recording.cameras),

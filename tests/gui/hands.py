@@ -111,6 +111,14 @@ def key(window, code, modifiers=NONE, name="N"):
     QTest.keyClick(view(window, name), code, modifiers)
 
 
+def trigger(window, name):
+    """Choose a command that can be done now."""
+    window.context.actions.refresh()
+    action = window.context.actions.action(name)
+    assert action.isEnabled(), action.statusTip()
+    action.trigger()
+
+
 def clicks(window, frame=None):
     frame = window.context.session.document.frame if frame is None else frame
     return {

@@ -16,18 +16,11 @@ from app.widgets.timeline.lanes import Mark
 from stereotrack_core.annotation.click import ClickKey
 from stereotrack_core.project.clicks import place_clicks
 from stereotrack_core.project.project import Project
-from tests.gui.hands import LEFT, annotate_all, click, click_truth, clicks, key, view
+from tests.gui.hands import LEFT, annotate_all, click, click_truth, clicks, key, trigger, view
 
 pytestmark = pytest.mark.window
 
 PROGRAM = Path(__file__).with_name("annotating_process.py")
-
-
-def trigger(window, name):
-    window.context.actions.refresh()
-    action = window.context.actions.action(name)
-    assert action.isEnabled(), action.statusTip()
-    action.trigger()
 
 
 def test_no_fit_of_another_recording_is_shown(annotating, qtbot, small_recording, tmp_path):

@@ -1,5 +1,6 @@
 """Undo, redo and what a person has dismissed."""
 
+import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
@@ -7,6 +8,8 @@ from stereotrack_core.annotation.click import Click
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.project.clicks import place, place_clicks
 from tests.gui.hands import CTRL, key, truth
+
+pytestmark = pytest.mark.window
 
 
 def test_a_swap_that_was_dismissed_is_not_offered_again_and_leaves_redo(four, qtbot):

@@ -82,7 +82,7 @@ def test_the_window_says_what_is_wrong(window, qtbot, whole, monkeypatch, statem
         database.executescript(statements)
     said = opened_without_harm(window, qtbot, path)
     if "subject" in statements:
-        assert "'wide' is not a length" in said
+        assert "'wide' is not a finite number" in said
     if statements == TRIGGER:
         assert "modified by another program" in said
         assert window.context.session.project.project is None

@@ -16,18 +16,11 @@ from stereotrack_core.project.clicks import delete_clicks, place_clicks
 from stereotrack_core.project.marks import FrameFlag, flag_frames
 from stereotrack_core.project.prefilling import FIT
 from stereotrack_core.recording.landmarks import LANDMARKS
-from tests.gui.hands import undo_words, view
+from tests.gui.hands import trigger, undo_words, view
 
 pytestmark = pytest.mark.window
 
 BETWEEN = range(1, 7)
-
-
-def trigger(window, name):
-    window.context.actions.refresh()
-    action = window.context.actions.action(name)
-    assert action.isEnabled(), action.statusTip()
-    action.trigger()
 
 
 def done(window, qtbot, name):

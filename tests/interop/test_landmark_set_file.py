@@ -1,13 +1,13 @@
 """A set of landmarks goes into a file and comes back; slips are named with file and landmark."""
 
 import pytest
+import tomli_w
 
 from stereotrack_core.annotation.landmark_set import (
     NINE,
     Landmark,
     LandmarkSet,
     read_landmark_set,
-    write_landmark_set,
 )
 from stereotrack_core.errors import InputError
 
@@ -16,7 +16,7 @@ WRIST = Landmark("left_wrist", "#112233", "left_forearm", "left_forearm", 0.7, 0
 
 @pytest.mark.parametrize("landmarks", [NINE, LandmarkSet("with wrist", (*NINE.landmarks, WRIST))])
 def test_round_trip(tmp_path, landmarks):
-    write_landmark_set(tmp_path / "set.toml", landmarks)
+    (tmp_path / "set.toml").write_text(tomli_w.dumps(landmarks.facts()))
     assert read_landmark_set(tmp_path / "set.toml") == landmarks
 
 
@@ -32,7 +32,7 @@ def test_a_set_without_a_name_gets_the_files(tmp_path):
     ("text", "said"),
     [
         ("", "no landmarks"),
-        ("landmarks = 3", "no landmarks"),
+        ("landmarks = 3", "not a list"),
         ('[[landmarks]]\nname = "nose"\nlimb = "tail"\npart = "head"\ncolour = "#112233"', "tail"),
         ('[[landmarks]]\nname = "nose"\nshoe = 3', "shoe"),
         ("landmarks = [", "TOML"),
@@ -47,8 +47,6 @@ def test_what_is_wrong_is_said_with_its_place(tmp_path, text, said):
     assert caught.value.remedy
 
 
-def test_a_missing_file_and_folder_are_said(tmp_path):
+def test_a_missing_file_is_said(tmp_path):
     with pytest.raises(InputError, match="no such file"):
         read_landmark_set(tmp_path / "none.toml")
-    with pytest.raises(InputError, match="cannot write a file here"):
-        write_landmark_set(tmp_path / "nowhere" / "set.toml", NINE)

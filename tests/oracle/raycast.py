@@ -13,12 +13,12 @@ def cast(solids, focal, c_x, c_y, world_from_camera, width, height):
     rays = np.stack([(u - c_x) / focal, (v - c_y) / focal, np.ones_like(u)], axis=-1)
     rays = rays.reshape(-1, 3) @ world_from_camera.rotation.T
     eye = world_from_camera.translation
-    nearest = np.full(len(rays), np.inf)
+    squares, nearest = (rays**2).sum(axis=1), np.full(len(rays), np.inf)
     for turn, origin, r1, r2, h, s, rounded in solids:
         middle = origin + 0.5 * h * turn[:, 2] - eye
         bound = 0.5 * h + 2.0 * max(r1, r2)
-        off = np.linalg.norm(np.cross(rays, middle), axis=1) / np.linalg.norm(rays, axis=1)
-        near = np.flatnonzero((off < bound) & (rays @ middle > 0.0))
+        along = rays @ middle
+        near = np.flatnonzero((along > 0.0) & (middle @ middle - along**2 / squares < bound**2))
         stretch = np.array([1.0, 1.0 / s, 1.0])
         start, ray = (eye - origin) @ turn * stretch, rays[near] @ turn * stretch
         hits = [*_side(start, ray, r1, r2, h), _disc(start, ray, r1, 0.0)]

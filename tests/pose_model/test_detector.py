@@ -16,7 +16,6 @@ from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.simulation.make import Simulation, simulate
 from tests.pose_model.installed import installed_detector
 
-pytestmark = pytest.mark.xdist_group("detector")
 JOINTS = [f"{side}_{name}" for name in ("shoulder", "elbow", "hip") for side in ("left", "right")]
 
 

@@ -1,6 +1,7 @@
 """Rules of the house that neither ruff nor the import contract can check."""
 
 import ast
+import functools
 import re
 import statistics
 import subprocess
@@ -19,9 +20,14 @@ def sources(*folders: str) -> list[Path]:
     return [path for folder in folders for path in sorted((ROOT / folder).rglob("*.py"))]
 
 
+@functools.cache
+def nodes_of(path: Path) -> tuple[ast.AST, ...]:
+    return tuple(ast.walk(ast.parse(path.read_text(encoding="utf-8"))))
+
+
 def nodes(*folders: str) -> Iterator[tuple[Path, ast.AST]]:
     for path in sources(*folders):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        for node in nodes_of(path):
             yield path, node
 
 
@@ -31,13 +37,6 @@ def lines_of(path: Path) -> list[str]:
 
 def name_of(path: Path) -> str:
     return path.relative_to(ROOT).as_posix()
-
-
-def functions(path: Path) -> Iterator[ast.FunctionDef | ast.AsyncFunctionDef]:
-    tree = ast.parse(path.read_text(encoding="utf-8"))
-    for node in ast.walk(tree):
-        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
-            yield node
 
 
 def body_lines(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
@@ -88,9 +87,9 @@ def test_the_median_file_is_short():
 def test_functions_fit_on_a_screen():
     long = {
         f"{name_of(path)}:{function.lineno} {function.name}": count
-        for path in sources(*PACKAGES, "benchmarks", "tools")
-        for function in functions(path)
-        if (count := body_lines(function)) > LONGEST_FUNCTION
+        for path, function in nodes(*PACKAGES, "benchmarks", "tools")
+        if isinstance(function, ast.FunctionDef | ast.AsyncFunctionDef)
+        and (count := body_lines(function)) > LONGEST_FUNCTION
     }
     assert not long
 

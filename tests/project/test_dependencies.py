@@ -18,7 +18,8 @@ OWN = {path.stem for path in (ROOT / "tools").iterdir()} | {
 }
 
 
-def imported(*folders: str) -> set[str]:
+@cache
+def imported(*folders: str) -> frozenset[str]:
     """Top-level modules from outside that the code in these folders imports."""
     modules: set[str] = set()
     for path in (path for folder in folders for path in (ROOT / folder).rglob("*.py")):
@@ -29,7 +30,7 @@ def imported(*folders: str) -> set[str]:
                 modules.add(node.module.partition(".")[0])
             elif (name := imported_by_name(node)) is not None:
                 modules.add(name.partition(".")[0])
-    return modules - sys.stdlib_module_names - OWN
+    return frozenset(modules - sys.stdlib_module_names - OWN)
 
 
 def imported_by_name(node: ast.AST) -> str | None:

@@ -15,7 +15,7 @@ from stereotrack_core.body.skeleton import PARTS
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.recording.description import Recording, Segment, Stream, Subject, View
-from stereotrack_core.recording.keypoint_names import BODY_25
+from stereotrack_core.recording.keypoint_names import LAYOUTS
 from stereotrack_core.recording.keypoints import Keypoints, keypoints_of
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.recording.writing import write_png, write_recording_description
@@ -45,7 +45,7 @@ class Samples:
     @property
     def keypoints(self) -> Keypoints:
         """What a detector might say of one camera."""
-        names = BODY_25[:4]
+        names = LAYOUTS["body25"][:4]
         rows = ((k, "S", name, 3.0 + k, 7.5, 0.5, "x", 0) for k in range(3) for name in names)
         return keypoints_of(rows)
 

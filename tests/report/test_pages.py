@@ -3,7 +3,7 @@
 from html.parser import HTMLParser
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stereotrack_core.report.pages import _environment, drawn_axes, embedded, svg_of
@@ -50,6 +50,7 @@ def drawn(content: str, **values: object) -> str:
 PRINTED = st.text(alphabet=st.characters(codec="utf-8", exclude_categories=["Cc"]))
 
 
+@settings(max_examples=30)
 @given(PRINTED)
 def test_any_text_comes_out_as_it_went_in(text):
     plain, page = (read(drawn("<p>{{ text }}</p>", text=one)) for one in ("", text))

@@ -6,6 +6,7 @@ from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.simulation.make import Simulation, simulate
 from stereotrack_core.simulation.rig import SceneOptions
+from stereotrack_core.work import Work
 
 SMALL = SceneOptions(width=160, height=120, focal=100.0)
 TINY = {"frames": 3, "views": "NO", "options": SMALL}
@@ -58,10 +59,10 @@ def test_colour_recording_without_backgrounds(tmp_path):
 
 def test_stopping_leaves_nothing_behind(tmp_path):
     told = []
-    asked = {"on_progress": lambda done, of: told.append(done)}
+    work = Work(lambda _share, words: told.append(words), lambda: len(told) == 2)
     with pytest.raises(Cancelled):
-        simulate(tmp_path / "r", Simulation(**TINY), cancelled=lambda: len(told) == 2, **asked)
-    assert told == [1, 2]
+        simulate(tmp_path / "r", Simulation(**TINY), work)
+    assert told == ["frame 0", "frame 1"]
     assert list(tmp_path.iterdir()) == []
 
 

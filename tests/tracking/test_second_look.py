@@ -59,8 +59,8 @@ def recording(tmp_path_factory):
     return write_depth_recording(tmp_path_factory.mktemp("look"), BODY, poses), poses
 
 
-@pytest.fixture
-def misled(monkeypatch):
+@pytest.fixture(scope="module", autouse=True)
+def misled():
     """Trackers whose arms are put elsewhere in two frames, which they doubt."""
     step = PersonModel.step
 
@@ -76,12 +76,23 @@ def misled(monkeypatch):
         state = replace(state, leader=leader)
         return state, replace(found, pose=pose, x=x, limb_lost=np.full(6, 0.9))
 
-    monkeypatch.setattr(PersonModel, "step", mislead)
-    monkeypatch.setattr(second_look, "_AFTER", AFTER)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(PersonModel, "step", mislead)
+        patch.setattr(second_look, "_AFTER", AFTER)
+        yield
+
+
+@pytest.fixture(scope="module")
+def whole(recording):
+    """The run that looks again, and the numbers of its frames as they come."""
+    seen = []
+    recording, poses = recording
+    run = track(recording, spec_of(poses), on_advance=lambda one: seen.extend(numbers(one)))
+    return run, seen
 
 
 def spec_of(poses, **changes):
-    return RunSpec(SETTINGS.replaced(**changes), init=poses[0])
+    return RunSpec(SETTINGS.replaced(**changes), init=poses[0], frames=range(COUNT))
 
 
 def numbers(advance):
@@ -94,11 +105,9 @@ def worst(run, poses):
     return max(angle_errors(BODY, *both)[2:].max() for both in zip(found, poses, strict=True))
 
 
-def test_a_stretch_that_was_tracked_wrongly_is_tracked_again(recording, misled):
-    recording, poses = recording
+def test_a_stretch_that_was_tracked_wrongly_is_tracked_again(recording, whole):
+    (recording, poses), (looked, seen) = recording, whole
     without = track(recording, spec_of(poses, second_look=0))
-    seen = []
-    looked = track(recording, spec_of(poses), on_advance=lambda one: seen.extend(numbers(one)))
     assert worst(without, poses) > 40.0
     assert worst(looked, poses) < 20.0
     ((first, over),) = looked.meta["looked_again"]
@@ -110,9 +119,8 @@ def test_a_stretch_that_was_tracked_wrongly_is_tracked_again(recording, misled):
     check_meta(looked.meta, "run", "")
 
 
-def test_runs_side_by_side_look_again_as_one_alone_does(recording, misled):
-    recording, poses = recording
-    alone = track(recording, spec_of(poses))
+def test_runs_side_by_side_look_again_as_one_alone_does(recording, whole):
+    (recording, poses), (alone, _) = recording, whole
     given = replace(recording, reference=None)
     specs = [spec_of(poses), spec_of(poses, second_look=0)]
     first, second = track_together(given, specs)
@@ -123,13 +131,11 @@ def test_runs_side_by_side_look_again_as_one_alone_does(recording, misled):
 
 @pytest.mark.parametrize("stop", [WRONG[0], WRONG[-1] + AFTER])
 def test_a_run_that_was_stopped_looks_again_as_if_it_never_had_been(
-    recording, misled, monkeypatch, tmp_path, stop
+    recording, whole, monkeypatch, tmp_path, stop
 ):
     monkeypatch.setattr(run_journal, "_FRAMES_PER_CHECKPOINT", 1)
-    recording, poses = recording
-    spec, part = replace(spec_of(poses), frames=range(COUNT)), tmp_path / "run.part"
-    whole = track(recording, spec)
-    seen = []
+    (recording, poses), (whole, _), seen = recording, whole, []
+    spec, part = spec_of(poses), tmp_path / "run.part"
     journal = RunJournal(part, lambda: 0.0)
 
     def keep(advance):
@@ -145,12 +151,10 @@ def test_a_run_that_was_stopped_looks_again_as_if_it_never_had_been(
 
 
 def test_a_program_that_is_killed_while_frames_come_again_loses_none(
-    recording, misled, monkeypatch, tmp_path
+    recording, whole, monkeypatch, tmp_path
 ):
-    recording, poses = recording
-    spec, part = replace(spec_of(poses), frames=range(COUNT)), tmp_path / "run.part"
-    whole = track(recording, spec)
-
+    (recording, poses), (whole, _) = recording, whole
+    spec, part = spec_of(poses), tmp_path / "run.part"
     journal, written, record_of = RunJournal(part, lambda: 0.0), [], run_journal._record_of
 
     def killed(frame, seconds):
@@ -168,15 +172,14 @@ def test_a_program_that_is_killed_while_frames_come_again_loses_none(
     assert same_run(whole, track(recording, spec, begun=begun))
 
 
-def test_a_run_says_how_to_look_again(recording, misled):
-    recording, poses = recording
-    run = track(recording, spec_of(poses))
+def test_a_run_says_how_to_look_again(recording, whole):
+    (recording, _), (run, _) = recording, whole
     again = stored_spec(run)
     assert again.spec.settings.tracking.second_look == 2
     assert same_run(run, track(recording, again.spec))
 
 
-def test_stopping_ends_a_look_and_keeps_the_frames(recording, misled):
+def test_stopping_ends_a_look_and_keeps_the_frames(recording):
     def stop(stage, _done, _count):
         if stage == LOOKING_AGAIN:
             raise Cancelled
@@ -215,7 +218,7 @@ def test_the_best_way_is_the_best_of_all(case):
 
 
 @pytest.mark.parametrize("stretch", [range(4, 6), range(3, COUNT)])
-def test_a_trial_without_a_change_is_the_run_also_where_it_looked_again(recording, misled, stretch):
+def test_a_trial_without_a_change_is_the_run_also_where_it_looked_again(recording, stretch):
     recording, poses = recording
     spec = spec_of(poses, second_look=2)
     frames, run = tracked_frames(recording, spec)

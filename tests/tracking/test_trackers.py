@@ -23,9 +23,9 @@ EACH = pytest.mark.parametrize("name", ["thesis", "manifold", *BASELINES])
 
 
 @pytest.fixture(autouse=True)
-def many_layers(monkeypatch):
-    """Layers enough for a baseline that starts far off."""
-    monkeypatch.setattr(particles, "LAYERS", 16)
+def few_layers(monkeypatch):
+    """Less work for the baseline where it does not matter how near it comes."""
+    monkeypatch.setattr(particles, "LAYERS", 3)
 
 
 @pytest.fixture
@@ -33,16 +33,15 @@ def make(make_tracker):
     return lambda name, **p: (make_baseline if name in BASELINES else make_tracker)(name, **p)
 
 
-@pytest.mark.parametrize("seed", [0, 1])
 @pytest.mark.parametrize("pose", POSES)
 @pytest.mark.parametrize(
     ("name", "largest_angle", "largest_shift"), [("thesis", 9.0, 0.03), ("manifold", 3.0, 0.006)]
 )
 def test_a_body_is_found_from_a_disturbed_start(
-    make_tracker, name, largest_angle, largest_shift, pose, seed
+    make_tracker, name, largest_angle, largest_shift, pose
 ):
-    rng = np.random.default_rng(seed)
-    tracker, true = make_tracker(name, seed=seed), POSES[pose]
+    rng = np.random.default_rng(0)
+    tracker, true = make_tracker(name), POSES[pose]
     start = disturbed(true, THESIS_JOINTS, rng)
     tracker.start(start)
     for cloud in clouds_of(tracker.setup.body, true, rng, 3):
@@ -94,7 +93,8 @@ def test_signs_of_trust_tell_a_good_pose_from_a_bad_one(make_tracker, rng, name)
 
 
 @EACH
-def test_a_moving_body_is_followed(make, name):
+def test_a_moving_body_is_followed(make, name, monkeypatch):
+    monkeypatch.setattr(particles, "LAYERS", 16)
     rng, tracker, errors = np.random.default_rng(1), make(name), []
     tracker.start(POSES["t"])
     for k in range(8):
@@ -157,7 +157,7 @@ def test_the_same_seed_gives_the_same_to_the_last_bit(make, name):
     def run(seed):
         rng, tracker = np.random.default_rng(9), make(name, seed=seed)
         tracker.start(disturbed(POSES["reaching"], THESIS_JOINTS, rng))
-        clouds = clouds_of(tracker.setup.body, POSES["reaching"], rng, 3)
+        clouds = clouds_of(tracker.setup.body, POSES["reaching"], rng, 2)
         return [tracker.step(cloud) for cloud in clouds]
 
     first, again, other = run(4), run(4), run(5)

@@ -339,6 +339,6 @@ def _wider(left: float, top: float, right: float, bottom: float) -> QRectF:
 
 def _found(task: Task, recording: Recording) -> dict[str, Box]:
     try:
-        return person_boxes(recording, task.token.cancelled)
+        return person_boxes(recording, task.work)
     except InputError:
         return {}  # what cannot be read is told by who shows it

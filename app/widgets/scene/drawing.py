@@ -12,13 +12,12 @@ from typing import Any, TypeAlias
 import numpy as np
 import pyvista as pv
 from PySide6.QtGui import QImage
-from vtkmodules import vtkRenderingOpenGL2
-from vtkmodules.vtkCommonCore import vtkLogger
 
 from stereotrack_core.arrays import FloatArray, ImageArray
 from stereotrack_core.body.mesh import PartMesh
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.landmarks import LANDMARKS, SKELETON
+from stereotrack_core.vtk_build import vtk_module
 
 from ..style.colours import LIMB_COLOURS, OLD
 from ..style.theme import Theme
@@ -372,11 +371,12 @@ def _choose_window() -> None:
     """
     if not sys.platform.startswith("linux"):
         return
-    verbosity = vtkLogger.GetCurrentVerbosityCutoff()
-    vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
+    logger = vtk_module("vtkCommonCore").vtkLogger
+    verbosity = logger.GetCurrentVerbosityCutoff()
+    logger.SetStderrVerbosity(logger.VERBOSITY_OFF)
     try:
         for name in _kinds():
-            kind = getattr(vtkRenderingOpenGL2, name, None)
+            kind = getattr(vtk_module("vtkRenderingOpenGL2"), name, None)
             if kind is None:
                 continue
             window = kind()
@@ -385,7 +385,7 @@ def _choose_window() -> None:
                 os.environ["VTK_DEFAULT_OPENGL_WINDOW"] = name
                 return
     finally:
-        vtkLogger.SetStderrVerbosity(verbosity)
+        logger.SetStderrVerbosity(verbosity)
     raise SceneUnavailable("No OpenGL is available on this machine, not even in software.")
 
 

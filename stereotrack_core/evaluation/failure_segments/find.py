@@ -62,10 +62,7 @@ def failures(
 
 
 def find_failures(search: FailureSearch, work: Work = NO_WORK) -> tuple[FailureSegment, ...]:
-    """Failures by error, if there is a reference, and by the run's own signs; with causes.
-
-    Those found without truth are explained without it. Raises Cancelled, InputError.
-    """
+    """Failures by error and by the run's own signs, with causes. Raises Cancelled, InputError."""
     return explained(search, stretches_of(search), work)
 
 

@@ -36,11 +36,6 @@ COLUMNS = ("frame", "view", "keypoint", "x", "y", "confidence", "person", "sourc
 _NEEDED = (("frame",), ("view", "camera"), ("keypoint", "landmark"), ("x",), ("y",))
 
 
-def is_table(header: list[str]) -> bool:
-    """Whether a CSV file with this first line is one."""
-    return all(any(name in header for name in names) for names in _NEEDED)
-
-
 def read_table(source: KeypointSource) -> Iterator[FileRow]:
     """Rows of a table; InputError where it cannot be read or names no camera of the recording."""
     path, header = source.path, tables.read_cells(source.path)[0]
@@ -205,7 +200,7 @@ def _of_csv(source: KeypointSource) -> Iterator[FileRow]:
         stored = deeplabcut.read_table(source.path, _DEEPLABCUT)
         return deeplabcut.predictions_of(source, stored)
     header = lines[0] if lines else []
-    if is_table(header):
+    if all(any(name in header for name in names) for names in _NEEDED):
         return read_table(source)
     if arrays.wide_columns(header):
         return arrays.read_wide(source)

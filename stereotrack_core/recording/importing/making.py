@@ -1,6 +1,6 @@
 """Write the recording folder that was chosen; sources are read only, nothing is overwritten."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from stereotrack_core.atomic import filling
-from stereotrack_core.errors import Cancelled, InputError
+from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import PADDED, Camera, is_padded
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.recording.calibration import read_calibration
@@ -23,20 +23,14 @@ from stereotrack_core.recording.importing.files import (
     files_of,
 )
 from stereotrack_core.recording.importing.readers import with_one_white
-from stereotrack_core.recording.importing.synchronise import OnProgress
 from stereotrack_core.recording.writing import write_recording_description
+from stereotrack_core.work import NO_WORK, Work
 
 _CALIBRATION = "calibration.toml"
 _FOCAL_SHARE = 0.9  # focal length over the longer side; a horizontal field of view of 58 degrees
 
 
-def make_recording(
-    choices: Choices,
-    folder: Path,
-    *,
-    on_progress: OnProgress = lambda _share, _words: None,
-    cancelled: Callable[[], bool] = lambda: False,
-) -> Recording:
+def make_recording(choices: Choices, folder: Path, work: Work = NO_WORK) -> Recording:
     """Make a recording folder.
 
     Sources that lie in `folder` are named where they lie; others are copied into it. Images that
@@ -59,9 +53,7 @@ def make_recording(
         for number, one in enumerate(new):
             with closing(bring(one, workplace, choices.fps or 1.0)) as steps:
                 for share in steps:
-                    if cancelled():
-                        raise Cancelled("No recording was created.")
-                    on_progress((number + share) / len(new), f"writing {one.frames}")
+                    work.step((number + share) / len(new), f"writing {one.frames}")
         recording = Recording(
             workplace, choices.name, choices.fps or 1.0, _views(choices, files), cameras,
             guessed=choices.guessed(),

@@ -233,13 +233,8 @@ def is_media(path: Path) -> bool:
 def is_unmade(path: Path) -> bool:
     """Whether a path holds videos or images of which a recording could be made."""
     if path.is_dir():
-        return not (path / DESCRIPTION).exists() and holds_media(path)
+        return not (path / DESCRIPTION).exists() and next(groups_of([path]), None) is not None
     return path.is_file() and is_media(path)
-
-
-def holds_media(folder: Path) -> bool:
-    """Whether a folder, or one of its folders, holds videos or several images by their names."""
-    return next(groups_of([folder]), None) is not None
 
 
 def _images(files: tuple[Path, ...]) -> Source:

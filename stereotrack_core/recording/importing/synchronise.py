@@ -5,7 +5,7 @@ are laid over each other where their normalised correlation is highest, between 
 parabola. The answer is refused where they agree too little, or as well elsewhere.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import closing, suppress
 from dataclasses import dataclass, replace
 from typing import Any, Literal, TypeAlias
@@ -15,7 +15,7 @@ import cv2
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray
-from stereotrack_core.errors import Cancelled, InputError
+from stereotrack_core.errors import InputError
 from stereotrack_core.reading import reason
 from stereotrack_core.recording.images import DamagedFrame
 from stereotrack_core.recording.importing.choices import Choices, Source
@@ -23,6 +23,7 @@ from stereotrack_core.recording.importing.readers import open_source
 from stereotrack_core.recording.importing.video_sources import MOST_UNEVEN
 from stereotrack_core.recording.video import open_container, video_stream
 from stereotrack_core.tables import finite_number, read_rows, whole_number
+from stereotrack_core.work import NO_WORK, Work
 
 SOUND_RATE = 1000.0  # values per second of :func:`loudness`
 _WIDTH, _HEIGHT = 80, 60  # pixels to which images are reduced
@@ -30,8 +31,6 @@ _SAMPLES = 16_000  # per second, of the sound
 _PER_VALUE = int(_SAMPLES / SOUND_RATE)
 _SLOW = 15.0  # frames
 _STILL = 2.0  # levels of 255; smaller changes of a pixel are noise
-
-IsCancelled = Callable[[], bool]
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,15 +41,15 @@ class Signal:
     begin: float = 0.0  # seconds of the first value after the first frame of the source
 
 
-def brightness(source: Source, cancelled: IsCancelled) -> Signal:
+def brightness(source: Source, work: Work) -> Signal:
     """Rise of the mean brightness from the frame before (F,); 0 where it falls."""
-    means = np.array([float(picture.mean()) for picture in _pictures(source, cancelled)])
+    means = np.array([float(picture.mean()) for picture in _pictures(source, work)])
     return Signal(np.concatenate([[0.0], np.maximum(np.diff(means), 0.0)]))
 
 
-def motion(source: Source, cancelled: IsCancelled) -> Signal:
+def motion(source: Source, work: Work) -> Signal:
     """How much faster pixels change than in the frames around; see :func:`motion_of`."""
-    return Signal(motion_of(_pictures(source, cancelled)))
+    return Signal(motion_of(_pictures(source, work)))
 
 
 def motion_of(pictures: Iterable[FloatArray]) -> FloatArray:
@@ -72,7 +71,7 @@ def motion_of(pictures: Iterable[FloatArray]) -> FloatArray:
     return np.asarray(np.array(values) - slow)
 
 
-def loudness(source: Source, cancelled: IsCancelled) -> Signal:
+def loudness(source: Source, work: Work) -> Signal:
     """Rise of the sound's loudness (N,), one value a millisecond; InputError without sound."""
     if not source.sound:
         what = f"{source.name} has no sound"
@@ -81,7 +80,7 @@ def loudness(source: Source, cancelled: IsCancelled) -> Signal:
         with open_container(source.path) as container:
             stream = video_stream(container)
             shown = float((stream.start_time or 0) * stream.time_base)
-        samples, heard = _sound(source, cancelled)
+        samples, heard = _sound(source, work)
     except (av.FFmpegError, OSError, IndexError) as error:
         what = f"its sound cannot be read ({reason(error)})"
         remedy = "Use another method, such as motion."
@@ -92,15 +91,14 @@ def loudness(source: Source, cancelled: IsCancelled) -> Signal:
     return Signal(rise, heard - shown)
 
 
-def _sound(source: Source, cancelled: IsCancelled) -> tuple[FloatArray, float]:
+def _sound(source: Source, work: Work) -> tuple[FloatArray, float]:
     """Samples of one channel, and the time of the first in seconds."""
     resampler = av.AudioResampler("flt", "mono", _SAMPLES)
     parts: list[Any] = []
     begin: float | None = None
     with open_container(source.path) as container:
         for frame in container.decode(audio=0):
-            if cancelled():
-                raise Cancelled
+            work.check()
             if begin is None:
                 begin = float((frame.pts or 0) * frame.time_base)
             parts += [one.to_ndarray().ravel() for one in resampler.resample(frame)]
@@ -108,14 +106,13 @@ def _sound(source: Source, cancelled: IsCancelled) -> tuple[FloatArray, float]:
     return np.concatenate(parts).astype(np.float64), begin or 0.0
 
 
-def _pictures(source: Source, cancelled: IsCancelled) -> Iterator[FloatArray]:
+def _pictures(source: Source, work: Work) -> Iterator[FloatArray]:
     """All pictures in grey, reduced (H, W) float32; a damaged one counts as the one before."""
     depth = source.kind == "depth"
     before: Any = np.zeros((_HEIGHT, _WIDTH), np.float32)
     with closing(open_source(source, "depth" if depth else "grey")) as reader:
         for k in range(reader.count()):
-            if cancelled():
-                raise Cancelled
+            work.check()
             with suppress(DamagedFrame):
                 picture: Any = reader.read(k, lambda _number, _picture: None)
                 before = reduced(picture.astype(np.float32) / (64.0 if depth else 1.0))
@@ -171,15 +168,8 @@ class Lead:
         )
 
 
-OnProgress: TypeAlias = Callable[[float, str], None]  # told the share done, and what is being done
-
-
 def synchronised(
-    choices: Choices,
-    method: Method,
-    *,
-    on_progress: OnProgress = lambda _share, _words: None,
-    cancelled: Callable[[], bool] = lambda: False,
+    choices: Choices, method: Method, work: Work = NO_WORK
 ) -> tuple[Choices, tuple[Lead, ...]]:
     """Choices whose sources begin at the same instant, and the evidence; see :func:`leads_of`.
 
@@ -194,7 +184,7 @@ def synchronised(
     follow = [u for u in used if u.role == "mask" or (u.role == "depth" and u.view in pictured)]
     asked = [use for use in used if use not in follow]
     sources = [use.source for use in asked]
-    leads = leads_of(sources, method, choices.fps, on_progress, cancelled)
+    leads = leads_of(sources, method, choices.fps, work)
     found = {lead.source: lead.frames for lead in leads}
     of_view = {use.view: found[use.source.name] for use in asked}
     uses = tuple(
@@ -207,11 +197,7 @@ def synchronised(
 
 
 def leads_of(
-    sources: Sequence[Source],
-    method: Method,
-    fps: float,
-    on_progress: OnProgress = lambda _share, _words: None,
-    cancelled: Callable[[], bool] = lambda: False,
+    sources: Sequence[Source], method: Method, fps: float, work: Work = NO_WORK
 ) -> tuple[Lead, ...]:
     """Where each source shows what the first shows in its frame 0; all have the same rate.
     InputError where one lacks what the method needs, or evidence is weak; Cancelled on request.
@@ -223,8 +209,8 @@ def leads_of(
     read = {"flash": brightness, "clap": loudness, "motion": motion}[method]
     signals = []
     for k, source in enumerate(sources):
-        on_progress(k / len(sources), f"reading {source.name}")
-        signals.append(read(source, cancelled))
+        work.step(k / len(sources), f"reading {source.name}")
+        signals.append(read(source, work))
         if method != "motion":
             _check_event(signals[-1].values, source, method)
     first = signals[0]

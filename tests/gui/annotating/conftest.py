@@ -18,17 +18,15 @@ from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.body.skeleton import PARTS
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.rotation import rotation_from_vector
-from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.project.clicks import place_clicks
 from stereotrack_core.project.project import Project
 from stereotrack_core.recording.description import Recording, Stream, View
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.writing import write_png, write_recording_description
+from tests.annotation.scenes import AZIMUTHS, LENSES, looking_in
 from tests.gui.annotating.stage import Stage
 
 MATRIX = np.array([[520.0, 0, 319.5], [0, 520.0, 239.5], [0, 0, 1]])
-DISTORTIONS = np.array([-0.2, 0.05, 0.001, -0.001, 0.0])
-AZIMUTHS = {"N": 95.0, "O": 8.0, "S": 262.0, "W": 187.0}
 FRAMES = 60
 
 
@@ -39,20 +37,8 @@ def pytest_collection_modifyitems(items):
             item.add_marker(pytest.mark.qt_log_ignore("plugin does not support"))
 
 
-def looking_in(azimuth_deg: float) -> RigidTransform:
-    """camera_from_world 2.8 m from the middle of the scene, 1.7 m high."""
-    azimuth = np.radians(azimuth_deg)
-    place = np.array([2.8 * np.cos(azimuth), 2.8 * np.sin(azimuth), 1.7])
-    z = np.array([0.0, 0.0, 1.1]) - place
-    z /= np.linalg.norm(z)
-    x = np.cross(z, [0.0, 0.0, 1.0])
-    x /= np.linalg.norm(x)
-    rotation = np.stack([x, np.cross(z, x), z])
-    return RigidTransform(rotation, -rotation @ place)
-
-
 CAMERAS = {
-    name: Camera(name, 640, 480, MATRIX, DISTORTIONS, False, looking_in(azimuth))
+    name: Camera(name, 640, 480, MATRIX, *LENSES["barrel"], looking_in(azimuth))
     for name, azimuth in AZIMUTHS.items()
 }
 

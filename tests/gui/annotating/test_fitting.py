@@ -48,7 +48,9 @@ def fitted(qtbot, work, frames=None):
     return work.now
 
 
-def test_it_is_near_the_truth_and_says_how_near(qtbot, annotated, work, make):
+def test_it_is_near_the_truth_stored_whole_and_can_be_undone(
+    qtbot, annotated, recording, work, make
+):
     now = fitted(qtbot, work)
     assert now.name == FITTED == annotated.chosen(annotated.references)
     truth = np.stack([make.places_at(frame) for frame in range(FRAMES)])
@@ -61,10 +63,13 @@ def test_it_is_near_the_truth_and_says_how_near(qtbot, annotated, work, make):
     assert now.fit.kind[12] == GAP
     assert "30 frames: 6 clicked, 20 interpolated, 4 in gaps" in now.words
     assert "limb uncertainty" in now.words
-
-
-def test_it_can_be_undone(qtbot, annotated, work):
-    fitted(qtbot, work)
+    fit, stored = now.fit, load_reference(annotated.references, FITTED)
+    again = fit_of_reference(stored, NINE, annotated.clicks.all(), recording.cameras)
+    np.testing.assert_array_equal(again.landmarks, fit.landmarks)
+    np.testing.assert_array_equal(again.kind, fit.kind)
+    assert again.residual_px.keys() == fit.residual_px.keys()
+    for key, residual in fit.residual_px.items():
+        np.testing.assert_allclose(again.residual_px[key], residual, atol=1e-6)
     annotated.undo()
     work.shown.clear()
     annotated.undo()
@@ -97,14 +102,3 @@ def test_a_landmarks_own_gap_is_not_filled_in(qtbot, annotated, work):
     known = np.isfinite(now.reference.points).all(axis=-1)
     assert now.reference.frame[~known[:, hand]].tolist() == [11, 12, 13, 14, 16, 17, 18, 19, 21]
     assert known[16:22, head].all()
-
-
-def test_a_stored_reference_is_the_fit_again(qtbot, annotated, recording, work):
-    fit = fitted(qtbot, work).fit
-    stored = load_reference(annotated.references, FITTED)
-    again = fit_of_reference(stored, NINE, annotated.clicks.all(), recording.cameras)
-    np.testing.assert_array_equal(again.landmarks, fit.landmarks)
-    np.testing.assert_array_equal(again.kind, fit.kind)
-    assert again.residual_px.keys() == fit.residual_px.keys()
-    for key, residual in fit.residual_px.items():
-        np.testing.assert_allclose(again.residual_px[key], residual, atol=1e-6)

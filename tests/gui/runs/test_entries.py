@@ -8,14 +8,25 @@ import pytest
 from app.session.runs import entry_of_run
 from stereotrack_core.project.runs import kept_runs, load_run
 from stereotrack_core.recording.folder import open_recording
+from stereotrack_core.simulation.make import Simulation, simulate
+from stereotrack_core.simulation.rig import SceneOptions
 from stereotrack_core.tracking import run_checks
 from stereotrack_core.tracking.presets import preset
 from tests.gui.hands import heard
 from tests.gui.made_runs import made_run
 
 
-def test_a_run_that_begins_again_forgets_what_came_after(small_recording):
-    whole = entry_of_run(made_run(open_recording(small_recording)), Path("run.npz"))
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory):
+    """Eight frames whose pictures nobody looks at."""
+    folder = tmp_path_factory.mktemp("entries") / "tiny"
+    options = SceneOptions().replaced(width=64, height=48, focal=50.0)
+    simulate(folder, Simulation("P2", "t-pose", frames=8, views="N", options=options))
+    return open_recording(folder)
+
+
+def test_a_run_that_begins_again_forgets_what_came_after(recording):
+    whole = entry_of_run(made_run(recording), Path("run.npz"))
     entry = replace(whole, frames={})
     for k in (0, 1, 2, 3, 1, 2):
         entry.put(whole.frames[k])
@@ -23,8 +34,8 @@ def test_a_run_that_begins_again_forgets_what_came_after(small_recording):
     assert entry.begun == 1
 
 
-def test_a_run_knows_the_stretches_that_a_second_look_changed(small_recording):
-    run = made_run(open_recording(small_recording))
+def test_a_run_knows_the_stretches_that_a_second_look_changed(recording):
+    run = made_run(recording)
     stored = entry_of_run(run, Path("run.npz"))
     assert not stored.looked_again
     stored.stored = replace(run, meta={**run.meta, "looked_again": [[2, 5], [7, 7]]})

@@ -14,6 +14,7 @@ from PySide6.QtWidgets import QInputDialog
 from stereotrack_core.experiments.run_process import load
 from stereotrack_core.interop.run_file import read_run
 from stereotrack_core.tracking.presets import preset, read_preset
+from tests.gui.hands import trigger
 
 pytestmark = pytest.mark.window
 unix = pytest.mark.skipif(sys.platform == "win32", reason="there are no such signals")
@@ -30,13 +31,6 @@ def typed(window, name, text):
     field.selectAll()
     QTest.keyClicks(field, text)
     QTest.keyClick(field, Qt.Key.Key_Return)
-
-
-def trigger(window, name):
-    window.context.actions.refresh()
-    action = window.context.actions.action(name)
-    assert action.isEnabled(), action.statusTip()
-    action.trigger()
 
 
 def tried(window, qtbot, name="sigma_joint", text="25"):

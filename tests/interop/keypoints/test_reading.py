@@ -14,7 +14,7 @@ from stereotrack_core.interop.keypoints.source import KeypointSource, Who, ident
 from stereotrack_core.interop.label_source import LabelSource
 from stereotrack_core.interop.labels import read_labels
 from stereotrack_core.recording.description import Recording
-from stereotrack_core.recording.keypoint_names import BODY_25, COCO_17, MEDIAPIPE_33
+from stereotrack_core.recording.keypoint_names import COCO_17, LAYOUTS, MEDIAPIPE_33
 from stereotrack_core.recording.keypoints import (
     changes_of_surest,
     keypoints_of,
@@ -54,7 +54,7 @@ def test_openpose_folders_of_each_camera(recording, tmp_path):
     found = read(tmp_path / "json", recording)
     assert len(found.keypoints) == 48
     assert found.left_out == {"without confidence": 2}
-    where = BODY_25.index("left_wrist")
+    where = LAYOUTS["body25"].index("left_wrist")
     assert (3, "cam2", "left_wrist", *point(where), 0.5) in plain(found)
     one = read(tmp_path / "json" / "cam1", recording)
     assert one.keypoints.cameras == ("cam1",)

@@ -12,6 +12,7 @@ from stereotrack_core.recording.importing.choices import problems_of
 from stereotrack_core.recording.importing.making import cameras_for, make_recording
 from stereotrack_core.recording.importing.proposing import possible_units
 from stereotrack_core.recording.selection import usable_views
+from stereotrack_core.work import Work
 from tests.recording.importing.clips import (
     FRAMES,
     HEIGHT,
@@ -157,9 +158,9 @@ def test_nothing_is_overwritten(tmp_path):
 def test_work_that_is_stopped_leaves_nothing(tmp_path):
     clip(tmp_path / "videos" / "zed.mp4", lambda k: numbered(k, 2 * WIDTH))
     seen = []
-    told = {"on_progress": lambda *_: seen.append(1), "cancelled": lambda: len(seen) >= 3}
+    work = Work(lambda *_: seen.append(1), lambda: len(seen) >= 3)
     with pytest.raises(Cancelled):
-        make_recording(chosen(tmp_path / "videos"), tmp_path / "new", **told)
+        make_recording(chosen(tmp_path / "videos"), tmp_path / "new", work)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["videos"]
 
 

@@ -5,7 +5,7 @@ import pytest
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.importing.proposing import propose
 from stereotrack_core.recording.importing.readers import first_picture
-from stereotrack_core.recording.importing.sources import holds_media, look_at
+from stereotrack_core.recording.importing.sources import is_unmade, look_at
 from tests.recording.importing.clips import FRAMES, HEIGHT, WIDTH, clip, images, numbered
 
 
@@ -80,7 +80,7 @@ def test_what_cannot_be_read_is_said_and_the_rest_is_found(tmp_path):
 
 def test_a_folder_without_videos_is_refused_in_a_sentence(tmp_path):
     (tmp_path / "notes.txt").write_text("nothing")
-    assert not holds_media(tmp_path)
+    assert not is_unmade(tmp_path)
     with pytest.raises(InputError, match="no videos and no numbered images"):
         look_at([tmp_path])
     with pytest.raises(InputError, match="no such file or folder"):

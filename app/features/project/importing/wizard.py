@@ -150,9 +150,7 @@ class TimingPage(QWizardPage):
         self.estimate.setEnabled(False)
 
         def work(task: Task) -> tuple[Choices, tuple[Lead, ...]]:
-            return synchronised(
-                choices, method, on_progress=task.report, cancelled=task.token.cancelled
-            )
+            return synchronised(choices, method, task.work)
 
         self._work.run(
             Job(
@@ -227,7 +225,7 @@ class ImportWizard(QWizard):
         self._show_working(working=True)
 
         def work(task: Task) -> Path:
-            make_recording(choices, folder, on_progress=task.report, cancelled=task.token.cancelled)
+            make_recording(choices, folder, task.work)
             return folder
 
         def failed(error: Exception) -> None:
