@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QMainWindow
 from .services.actions import ActionRegistry
 from .services.docks import Docks
 from .services.failures import Notifier, Post
+from .session.base import Services
 from .session.changes import Changes, Part
 from .session.jobs import Processes, TaskList
 from .session.messages import Loop
@@ -76,7 +77,8 @@ def make_context(
         return None if scale.is_whole else seen
 
     view_state = ViewState(changes.tell, scene_shows_points, zoomed)
-    session = Session(changes, notifier.show, tasks, view_state, settings, processes)
+    services = Services(changes, notifier.show, tasks, view_state, settings, processes)
+    session = Session(services)
     views = CameraGrid(
         redraw, view_state.choose_kind, view_state.highlight, session.document.toggle_playing
     )

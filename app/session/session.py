@@ -22,22 +22,21 @@ from stereotrack_core.tracking.frame import TrackedFrame
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.tuning.process import forget
 
-from .base import Base
+from .base import Base, Services
 from .camera_doubts import CameraDoubts
-from .changes import PROJECT, Changes, Part
+from .changes import PROJECT, Part
 from .failures import FailurePresenter
 from .inspection import InspectionPresenter
 from .instant import CloudPresenter, InstantPresenter
-from .jobs import Job, NewestJob, Processes, Task, TaskList
+from .jobs import Job, NewestJob, Task
 from .judgement import Judgement, JudgementPresenter, Truth
 from .keypoints import KeypointPresenter
-from .messages import Message, Preferences, Tell, stored_texts
+from .messages import Message, stored_texts
 from .project import ProjectPresenter
 from .runs import RunEntry, RunStyle
 from .study import StudyPresenter
 from .tracking import TrackPresenter
 from .trials import TrialPresenter
-from .view_state import ViewState
 
 _FEWEST_VIEWS = 2  # mono views with keypoints that can be tracked without depth
 _GUESSED = "Landmarks can be clicked. 3-D positions, fitting and tracking need a calibration."
@@ -104,25 +103,17 @@ class Snapshot:
 class Session(Base):
     """The open recording with its project, its runs and what follows from them."""
 
-    def __init__(
-        self,
-        changes: Changes,
-        tell: Tell,
-        tasks: TaskList,
-        view_state: ViewState,
-        settings: Preferences,
-        processes: Processes | None = None,
-    ) -> None:
-        super().__init__(changes, tell, tasks, view_state, settings, processes)
-        self._own_processes = processes is None
-        self._finding = NewestJob(tasks)
+    def __init__(self, services: Services) -> None:
+        super().__init__(services)
+        self._own_processes = services.processes is None
+        self._finding = NewestJob(self.tasks)
         self._ended = False
         self.asked = self._due = Asked()
         """What was asked for when opening last."""
         self.document.on_opened, self.document.on_closed = self._on_opened, self._on_closed
         self.project = ProjectPresenter(self)
         self.keypoints = KeypointPresenter(self, self.project)
-        self.clouds = CloudPresenter(changes.tell, tasks)
+        self.clouds = CloudPresenter(self.changes.tell, self.tasks)
         self.track = TrackPresenter(self, self.project, self.keypoints)
         self.judging = JudgementPresenter(self)
         self.cameras = CameraDoubts(self, self.project)
@@ -134,7 +125,7 @@ class Session(Base):
         self.inspection = InspectionPresenter(self, self.track)
         self.failures = FailurePresenter(self, self.track, self.judging)
         self.study = StudyPresenter(self, self.track)
-        tasks.watch(self.settled)
+        self.tasks.watch(self.settled)
 
     def _follow(self) -> None:
         """Let the parts follow one another, in this order and before all features."""

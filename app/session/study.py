@@ -39,9 +39,9 @@ class StudyPresenter:
         self.study: Study | None = None
         self.rows: tuple[RowStatus, ...] = ()
         self.said, self.is_error = "", False
-        """What came of what was done last, and whether that is an error."""
+        """Result of the last task in words, and whether that is an error."""
         self.doing, self.share = "", 0.0
-        """What is being done besides reading, and the share that is done."""
+        """The task under way besides reading, in words, and the share that is done."""
 
     @property
     def working(self) -> bool:

@@ -105,7 +105,7 @@ class TrackPresenter:
 
     @property
     def kept(self) -> KeptRecording | None:
-        """What is open with the subject that runs track, for tasks that use each other's clouds."""
+        """The open recording with the subject of the next run, for tasks that share clouds."""
         recording, kept = self._document.recording, self._kept
         if recording is None:
             return None

@@ -73,7 +73,7 @@ class ClickHand:
     def release(
         self, position: QPointF, marks: ClickMarks, modifiers: Qt.KeyboardModifier
     ) -> ClickAct | None:
-        """What was done; None for nothing, as outside the picture."""
+        """Act that ends with the button; None for none, as outside the picture."""
         self.move(position)
         press, self._press = self._press, None
         if press is None:
@@ -102,7 +102,7 @@ class ClickHand:
         return marks.offer
 
     def handle_at(self, position: QPointF, marks: ClickMarks) -> ClickMark | PredictionMark | None:
-        """What can be dragged from a place in the widget: a click, else a proposal."""
+        """Mark to be dragged from a place in the widget: a click, else a proposal."""
         clicked = {mark.landmark for mark in marks.clicks}
         open_ones = [m for m in marks.predictions if m.proposed and m.landmark not in clicked]
         return self.mark_at(position, marks) or self._nearest(position, open_ones)

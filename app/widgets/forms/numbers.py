@@ -142,7 +142,7 @@ class WholeNumberField(NumberField):
     """A field for a whole number."""
 
     changed = Signal(int)
-    """As Qt's ``valueChanged``, which tells a number with decimals."""
+    """Signal like Qt's ``valueChanged``, which tells a number with decimals."""
     _parsed = staticmethod(typed_whole_number)
     _wanted = "a whole number. Write digits only"
 

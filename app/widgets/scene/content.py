@@ -1,4 +1,4 @@
-"""What the 3-D scene shows at one instant, and the eye that circles around it."""
+"""Content of the 3-D scene at one instant, and the eye that circles around it."""
 
 from __future__ import annotations
 

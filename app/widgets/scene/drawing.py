@@ -1,4 +1,4 @@
-"""What the scene draws of its content, one function for each part, in a plotter never shown."""
+"""Drawing of the scene, one function for each part, in a plotter that is never shown."""
 
 import ctypes.util
 import os

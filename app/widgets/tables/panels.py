@@ -273,7 +273,7 @@ _NARROWEST_NAME = 170
 
 @dataclass(frozen=True)
 class RunRow:
-    """What the list says about one run, in words."""
+    """Row of one run in the list, in words."""
 
     name: str
     style: LineStyle

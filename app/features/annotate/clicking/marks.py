@@ -282,7 +282,7 @@ def landmark_rows(facts: FrameMarks, cameras: Sequence[str]) -> tuple[CellRow, .
 
 
 def limb_rows(facts: FrameMarks) -> tuple[CellRow, ...]:
-    """How well the clicks fix every limb's direction; nothing without a fit."""
+    """Rows with the uncertainty of every limb's direction by the clicks; none without a fit."""
     if facts.fit is None:
         return ()
     names, rows = facts.landmark_set.names, list[CellRow]()
@@ -298,7 +298,7 @@ def limb_rows(facts: FrameMarks) -> tuple[CellRow, ...]:
 
 
 def camera_rows(facts: FrameMarks) -> tuple[CellRow, ...]:
-    """How far the clicks of each view lie from the points that the views agree on, any frame."""
+    """Rows with the distance of each view's clicks from the points that the views agree on."""
     doubtful = () if facts.doubtful is None else facts.doubtful.doubtful
     rows = list[CellRow]()
     for one in facts.residuals:
