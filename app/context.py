@@ -71,17 +71,10 @@ def make_context(
     def scene_shows_points() -> bool:
         return docks.scene.is_seen() and docks.scene.layer_visible("cloud")
 
-    def zoomed() -> range | None:
-        scale = docks.timeline.scale
-        seen = range(max(int(scale.first), 0), min(round(scale.last), scale.frame_count))
-        return None if scale.is_whole else seen
-
-    view_state = ViewState(changes.tell, scene_shows_points, zoomed)
+    view_state = ViewState(changes.tell, scene_shows_points)
     services = Services(changes, notifier.show, tasks, view_state, settings, processes)
     session = Session(services)
-    views = CameraGrid(
-        redraw, view_state.choose_kind, view_state.highlight, session.document.toggle_playing
-    )
+    views = CameraGrid(redraw, view_state.choose_kind, view_state.highlight)
     scene = SceneView(view_state.highlight)
     docks = Docks(window, settings, notifier, views, scene, view_state.show_workspace)
     actions = ActionRegistry(window, settings, redraw, notifier.say)

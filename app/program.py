@@ -43,7 +43,7 @@ from .session.tracking import Chosen
 from .session.work_threads import wait_for_threads
 from .shell.dialogs import write_picture
 from .shell.main_window import MainWindow
-from .widgets.style.theme import THEME_NAMES, ThemeName, apply_theme, icon
+from .widgets.style.theme import THEME_NAMES, ThemeName, apply_theme, icon_named
 
 _LOOK_MS = 50
 _CALM_LOOKS = 4
@@ -110,7 +110,7 @@ class WindowProgram:
         self.window, self.features = make_window(settings)
         self.context = self.window.context
         self._relay = FailureRelay(self.window.messages.show_message)
-        self.app.setWindowIcon(icon("model"))
+        self.app.setWindowIcon(icon_named("model"))
         self._demo: DemoTracking | None = None
         self._demo_frame: int | None = None
 

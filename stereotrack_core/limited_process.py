@@ -1,4 +1,4 @@
-"""Reading in a process of its own, whose memory and time are limited, and writing in one.
+"""Work with a file in a process of its own, whose memory and time are limited.
 
 Some libraries are written in C and take what a file says for true: of a damaged one they ask for
 any amount of memory, never come to an end, or end the process that they are in. HDF5 ends it long
@@ -33,7 +33,6 @@ _ANSWER_SHARE = 4
 """The result may have the fourth part of the memory: it is held here, where nothing limits it."""
 LEAST_SECONDS, _SECONDS_FOR_MB = 120.0, 2.0
 """A busy machine needs some seconds to start a process, and an idle one 0.3 s for each MB."""
-_LONGEST_WRITING = 3600.0  # seconds: pictures of long videos may have to be put into it
 _OWN_SECONDS = 5.0  # so much later the process ends by itself, where nobody is left to end it
 
 
@@ -46,6 +45,8 @@ def read_apart(
     seconds: float | None = None,
 ) -> Result:
     """Read a file, or a folder of files that are one, in another process; what that has read.
+
+    A file may also be written so, whose library could end the process that has written it.
 
     The process ends with this one. What `read`, a function or a partial of one, returns and raises
     is sent by pickle, and should be small or arrays. `memory`: most bytes of addresses; without it
@@ -76,28 +77,13 @@ def read_apart(
     raise InputError(f"the file is damaged {why}", where=str(path), remedy=remedy)
 
 
-def write_apart(write: Callable[[Path], None], path: Path) -> None:
-    """Have a file written in another process, as :func:`read_apart` reads one, without its limits.
-
-    Raises what `write` raises; OSError where no process can be started, or it is ended by what it
-    does, or after an hour.
-    """
-    try:
-        _apart(write, path, None, _LONGEST_WRITING)
-    except Cancelled:
-        raise ChildProcessError(errno.ECHILD, "it takes too long", str(path)) from None
-    except Lost as lost:
-        why = f"what writes it broke down: {_name_of(lost)}"
-        raise ChildProcessError(errno.ECHILD, why, str(path)) from None
-
-
 def _name_of(lost: Lost) -> str:
     with suppress(ValueError, TypeError):
         return signal.Signals(-lost.code).name
     return f"exit code {lost.code}"
 
 
-def _apart(do: Callable[[Path], Any], path: Path, memory: int | None, seconds: float) -> bytes:
+def _apart(do: Callable[[Path], Any], path: Path, memory: int, seconds: float) -> bytes:
     """Pickled result of a new process, empty for lack of memory. Raises Cancelled if it is late."""
     process, begun = TaskProcess(nice=0), list[Any]()
     late = time.monotonic() + seconds
@@ -115,7 +101,7 @@ def _apart(do: Callable[[Path], Any], path: Path, memory: int | None, seconds: f
 
 
 def _limited(
-    do: Callable[[Path], Any], path: Path, memory: int | None, seconds: float, asker: Asker
+    do: Callable[[Path], Any], path: Path, memory: int, seconds: float, asker: Asker
 ) -> bytes:
     """Do it in the other process, within the limits; what a library prints is shown to nobody."""
     asker.tell("begun")
@@ -124,8 +110,7 @@ def _limited(
         os.dup2(nowhere, stream)
     faulthandler.dump_traceback_later(seconds + _OWN_SECONDS, exit=True, file=2)
     gc.disable()  # what is read is kept, and the process ends with it
-    if memory is not None:
-        _limit_memory(memory)
+    _limit_memory(memory)
     try:
         return pickle.dumps(do(path))
     except MemoryError:

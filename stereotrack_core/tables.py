@@ -63,12 +63,10 @@ def number(value: float, digits: int = 1) -> str:
     return f"{value:.{digits}f}" if math.isfinite(value) else "-"
 
 
-def csv_text(
-    columns: Sequence[str], rows: Iterable[Sequence[str | float | int]], delimiter: str = ","
-) -> str:
+def csv_text(columns: Sequence[str], rows: Iterable[Sequence[str | float | int]]) -> str:
     """A table as CSV; numbers in full, texts guarded."""
     buffer = StringIO()
-    writer = csv.writer(buffer, lineterminator="\n", delimiter=delimiter)
+    writer = csv.writer(buffer, lineterminator="\n")
     for row in (columns, *rows):
         writer.writerow([guarded(cell) if isinstance(cell, str) else cell for cell in row])
     return buffer.getvalue()
@@ -193,16 +191,13 @@ def markdown_text(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     return "".join(f"| {' | '.join(line)} |\n" for line in lines)
 
 
-def read_csv_table(
-    path: Path, delimiter: str = ","
-) -> tuple[tuple[str, ...], tuple[tuple[str, ...], ...]]:
+def read_csv_table(path: Path) -> tuple[tuple[str, ...], tuple[tuple[str, ...], ...]]:
     """Headings and rows of a CSV file; empty lines are left out.
 
     Raises InputError when the file cannot be read, has no heading, a heading twice, or a row of
     another length.
     """
-    lines = read_cells(path, delimiter=delimiter)
-    filled = [(number, line) for number, line in enumerate(lines, start=1) if any(line)]
+    filled = [(number, line) for number, line in enumerate(read_cells(path), start=1) if any(line)]
     if not filled or not all(filled[0][1]) or len(set(filled[0][1])) < len(filled[0][1]):
         what = "the first line must name every column exactly once"
         remedy = "Write the column names, separated by commas."

@@ -15,6 +15,7 @@ from stereotrack_core.program import main
 settings.register_profile(
     "repeatable",
     derandomize=True,
+    max_examples=50,
     deadline=None,
     phases=set(Phase) - {Phase.shrink, Phase.explain},  # a failure took over 120 s with them
     suppress_health_check=[HealthCheck.too_slow],  # as a busy machine makes it
@@ -37,9 +38,13 @@ def pytest_configure() -> None:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
-# A run that is not about how the person is found or measured, nor about exact depths: these take
-# most of the time.
-FAST = ("--preset", "fast", "--init", "tpose", "--set", "fit_shape=no", "--set", "least_focal=0")
+# A run that is not about how the person is found or measured, about what is looked at again, nor
+# about exact depths: these take most of the time.
+QUICK = (
+    *("--preset", "fast", "--set", "fit_shape=no", "--set", "second_look=0"),
+    *("--set", "least_focal=0"),
+)
+FAST = (*QUICK, "--init", "tpose")
 SMALL = ("--set", "width=320", "--set", "height=240", "--set", "focal=200")
 
 

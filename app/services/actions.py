@@ -21,7 +21,7 @@ from PySide6.QtWidgets import (
 )
 
 from ..widgets.redraw import RedrawQueue
-from ..widgets.style.theme import set_icon
+from ..widgets.style.theme import icon_named
 
 _SHORTCUTS = "shortcuts"
 
@@ -264,7 +264,7 @@ class ActionRegistry(QObject):
         action.setShortcutContext(Qt.ShortcutContext.WindowShortcut)
         action.setCheckable(command.checked is not None)
         if command.icon:
-            set_icon(action, command.icon)
+            action.setIcon(icon_named(command.icon))
         action.triggered.connect(lambda _checked: command.run())
         action.triggered.connect(lambda _checked: self.refresh())
         self._window.addAction(action)

@@ -1,9 +1,9 @@
 """Where keys and the wheel go: Tab walks through controls, F6 through panels, the wheel scrolls."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
-from PySide6.QtCore import QEvent, QObject, Qt, QTimer
-from PySide6.QtGui import QKeyEvent
+from PySide6.QtCore import QEvent, QObject, Qt, QTimer, Slot
+from PySide6.QtGui import QGuiApplication, QKeyEvent, QWheelEvent
 from PySide6.QtWidgets import (
     QAbstractButton,
     QAbstractSlider,
@@ -104,40 +104,50 @@ def _holds(place: QWidget, widget: QWidget | None) -> bool:
 
 
 _FIELDS = (QAbstractSpinBox, QComboBox, QAbstractSlider, QTabBar)
-_EVENTS = (QEvent.Type.Wheel, QEvent.Type.Polish)
 
 
 class WheelGuard(QObject):
-    """Lets the wheel scroll what a field stands in, and never change the field.
+    """Lets the wheel scroll what a field stands in, and never change the field or give it focus.
 
-    It filters the events of the whole application, so that no dialog and no field that Qt makes
-    itself is forgotten. It begins when the window is made, since that takes many events.
+    It filters what the window system tells each window, dialogs and floating panels included. A
+    filter of the whole application would see every event of every widget: an eighth of the time
+    that another workspace takes.
     """
 
-    def __init__(self, window: QWidget) -> None:
-        super().__init__(window)
-        self._window = window
-        QTimer.singleShot(0, self, self._begin)
+    def __init__(self, parent: QObject) -> None:
+        super().__init__(parent)
+        app = QGuiApplication.instance()
+        if isinstance(app, QGuiApplication):
+            app.focusWindowChanged.connect(self._guard)
+        QTimer.singleShot(0, self, self._guard)
 
-    def _begin(self) -> None:
-        app = QApplication.instance()
-        if app is not None:
-            app.installEventFilter(self)
-        for kind in (QAbstractSpinBox, QComboBox):
-            for field in self._window.findChildren(kind):
-                _take_no_focus_by_wheel(field)
+    @Slot()
+    def _guard(self) -> None:
+        for window in QGuiApplication.topLevelWindows():
+            window.installEventFilter(self)
 
-    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        if not isinstance(watched, _FIELDS) or (kind := event.type()) not in _EVENTS:
-            return False  # in this order: to ask for the type of every event takes time
-        if kind == QEvent.Type.Polish:
-            _take_no_focus_by_wheel(watched)
-        elif not isinstance(watched, QScrollBar):
-            event.ignore()  # so that Qt hands it to what the field stands in
-            return True
-        return False
+    def eventFilter(self, window: QObject, event: QEvent) -> bool:
+        if event.type() != QEvent.Type.Wheel or not isinstance(event, QWheelEvent):
+            return False
+        here = (one for one in QApplication.topLevelWidgets() if one.windowHandle() == window)
+        under = next((one.childAt(event.position().toPoint()) for one in here), None)
+        above = list(_upwards(under))
+        fields = [isinstance(one, _FIELDS) and not isinstance(one, QScrollBar) for one in above]
+        if not any(fields):
+            return False
+        for one in above[fields.index(True) + 1 :]:  # Qt hands on only what the system tells
+            turned = QWheelEvent(
+                one.mapFromGlobal(event.globalPosition()), event.globalPosition(),
+                event.pixelDelta(), event.angleDelta(), event.buttons(), event.modifiers(),
+                event.phase(), event.inverted(),
+            )  # fmt: skip
+            if QApplication.sendEvent(one, turned) and turned.isAccepted():
+                break
+        return True
 
 
-def _take_no_focus_by_wheel(field: QWidget) -> None:
-    if field.focusPolicy() == Qt.FocusPolicy.WheelFocus:
-        field.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+def _upwards(widget: QWidget | None) -> Iterator[QWidget]:
+    """A widget and what it stands in, up to its window."""
+    while widget is not None:
+        yield widget
+        widget = None if widget.isWindow() else widget.parentWidget()

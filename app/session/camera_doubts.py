@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import partial
-from typing import TypeAlias
 
 from stereotrack_core.annotation import doubts
 from stereotrack_core.errors import Finding
 from stereotrack_core.geometry.camera import Camera
-from stereotrack_core.geometry.camera_agreement import CameraResidual, Disagreement
+from stereotrack_core.geometry.camera_agreement import Disagreement
 from stereotrack_core.project.history import Changed
 from stereotrack_core.project.project import Project
 
@@ -21,9 +20,6 @@ from .project import ProjectPresenter
 _PAUSE_MS = 400
 
 
-_Answer: TypeAlias = tuple[Disagreement | None, tuple[CameraResidual, ...]]
-
-
 class CameraDoubts:
     """Follows the clicks of the project."""
 
@@ -32,9 +28,7 @@ class CameraDoubts:
         self._project = project
         self.now: Disagreement | None = None
         """The camera that contradicts the others."""
-        self.residuals: tuple[CameraResidual, ...] = ()
-        """How far the clicks of each camera lie from the points that the cameras agree on."""
-        take = lambda _question, found: self._take(*found)  # noqa: E731
+        take = lambda _question, found: self._take(found)  # noqa: E731
         self._worker = LatestOnly(
             base.tasks, lambda compare: compare(), "compare the cameras", take
         )
@@ -67,9 +61,9 @@ class CameraDoubts:
         else:
             self._worker.ask(partial(_compared, project, recording.cameras))
 
-    def _take(self, found: Disagreement | None, residuals: tuple[CameraResidual, ...] = ()) -> None:
-        if (found, residuals) != (self.now, self.residuals):
-            self.now, self.residuals = found, residuals
+    def _take(self, found: Disagreement | None) -> None:
+        if found != self.now:
+            self.now = found
             self._changes.tell(Part.DOUBTS)
 
     def compare_soon(self, changed: Changed | None = None) -> None:
@@ -83,10 +77,8 @@ class CameraDoubts:
         self._take(None)
 
 
-def _compared(project: Project, cameras: Mapping[str, Camera]) -> _Answer:
+def _compared(project: Project, cameras: Mapping[str, Camera]) -> Disagreement | None:
     """Called in the worker's thread; the project may be closed meanwhile."""
     asked = sorted(doubts.frames_asked(project.clicks.frames()))
     clicks = [click for frame in asked for click in project.clicks.at(frame)]
-    known = clicks, cameras, project.landmark_set()
-    found = doubts.doubtful_camera(*known)
-    return found, doubts.residuals_by_camera(*known, found)
+    return doubts.doubtful_camera(clicks, cameras, project.landmark_set())

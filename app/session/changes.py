@@ -59,7 +59,6 @@ class Part(enum.Flag):
     ACTIVE_VIEW = enum.auto()
     PICTURES = enum.auto()  # another kind in some view, or the views are arranged anew
     DISPLAY = enum.auto()  # overlays, loupe or the selected limb
-    LIGHT = enum.auto()
     SCENE = enum.auto()  # colour of the points, selected limb or fitted body
     STEP = enum.auto()  # the step inside the frame that is drawn instead of the run
     # what features know

@@ -244,7 +244,7 @@ class DocumentPresenter:
             remedy = f"The frames are numbered 0 to {self.frame_count - 1}. The last one is shown."
             what = f"there is no frame {self._start_frame}"
             self._tell(Message("note", what, recording.name, remedy))
-        self.go_to(self._start_frame)
+        self.go_to(self._start_frame or self.frame)  # a project may have gone to its own
 
         look = partial(_looked_at, recording)
         self._checking.run(Job("checking the recording", lambda _task: look(), self._on_examined))

@@ -8,7 +8,13 @@ from functools import partial
 from weakref import WeakKeyDictionary
 
 from stereotrack_core.evaluation.failure_segments.find import FailureSearch, explained, stretches_of
-from stereotrack_core.evaluation.failure_segments.segment import FailureRules, FailureSegment
+from stereotrack_core.evaluation.failure_segments.segment import (
+    CAUSE_WORDS,
+    FOUND_WORDS,
+    FailureRules,
+    FailureSegment,
+    limbs_words,
+)
 from stereotrack_core.recording.description import Recording
 
 from .base import Base
@@ -17,22 +23,6 @@ from .jobs import Job, NewestJob, Task
 from .judgement import JudgementPresenter, Truth
 from .runs import RunEntry
 from .tracking import TrackPresenter
-
-
-@dataclass(frozen=True)
-class Filter:
-    """Filter of the list; an empty word lists all."""
-
-    limb: str = ""
-    cause: str = ""
-    found: str = ""
-
-    def takes(self, failure: FailureSegment) -> bool:
-        return (
-            (not self.limb or self.limb in failure.limbs)
-            and (not self.cause or self.cause == failure.verdict.cause)
-            and (not self.found or self.found == failure.found)
-        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,6 +34,11 @@ class Found:
     """Question to the core; None if the run does not state its origin."""
     failures: tuple[FailureSegment, ...]
     looked: bool = False  # whether causes are judged by pictures as well
+
+
+def _words(failure: FailureSegment) -> str:
+    cause, found = CAUSE_WORDS[failure.verdict.cause], FOUND_WORDS[failure.found]
+    return f"{limbs_words(failure.limbs)} {cause} {found}".lower()
 
 
 def beside(
@@ -102,7 +97,7 @@ class FailurePresenter:
         self._asked: object = None
         """Run, facts, and whether by pictures: a task that the person stopped is not repeated."""
         self._job = NewestJob(base.tasks)
-        self._filter = Filter()
+        self._filter = ""
         self._chosen: FailureSegment | None = None
         self._timer = base.later(self._look, _DELAY_MS)
         facts = Part.JUDGEMENT | Part.ACTIVE_RUN | Part.RUN_ENDED | Part.THRESHOLD
@@ -118,7 +113,8 @@ class FailurePresenter:
     @property
     def listed(self) -> tuple[FailureSegment, ...]:
         every = self.found.failures if self.found is not None else ()
-        return tuple(failure for failure in every if self._filter.takes(failure))
+        wanted = self._filter.lower().split()
+        return tuple(one for one in every if all(word in _words(one) for word in wanted))
 
     @property
     def chosen(self) -> FailureSegment | None:
@@ -151,9 +147,9 @@ class FailurePresenter:
 
     # ---- what a person does
 
-    def filter(self, limb: str, cause: str, found: str) -> None:
-        """List these alone; an empty word lists all."""
-        self._filter = Filter(limb, cause, found)
+    def filter(self, words: str) -> None:
+        """List only failures whose limbs, cause and way of detection have these words."""
+        self._filter = words
         self._tell()
 
     def choose(self, failure: FailureSegment | None) -> None:

@@ -23,7 +23,6 @@ from .document import Shared
 from .jobs import LatestOnly, TaskList
 from .judgement import reference_at
 from .keypoints import KeypointPresenter
-from .runs import RunStyle
 from .tracking import TrackPresenter
 from .view_state import GhostBody, Instant, StepDrawing
 
@@ -225,7 +224,7 @@ class InstantPresenter:
             cloud=cloud if drawing is None else drawing.cloud, meshes=self.meshes(frame),
             reference=reference_at(own or recording.reference, frame),
             reference_is_old=own is not None and self._is_old(frame), ghosts=self._ghosts(frame),
-            runs=self._shown_runs(), correspondences=matched if drawing is None else None,
+            correspondences=matched if drawing is None else None,
             inside=None if drawing is None else drawing.scene,
             keypoints=self._keypoints.at(frame) if "keypoints" in overlays else None,
         )  # fmt: skip
@@ -245,19 +244,12 @@ class InstantPresenter:
     def _ghosts(self, frame: int) -> tuple[GhostBody, ...]:
         return tuple(
             GhostBody(
-                entry.name,
                 self._runs.style(entry),
                 body_mesh(entry.body, pose, around=_AROUND_GHOST),
             )
             for entry in self._runs.shown_beside()
             if (tracked := entry.at(frame)) is not None and (pose := tracked.pose) is not None
         )
-
-    def _shown_runs(self) -> tuple[tuple[str, RunStyle], ...]:
-        active = self._runs.active
-        shown = [active] if active is not None and active.visible else []
-        shown += [entry for entry in self._runs.shown_beside() if entry.frames]
-        return tuple((entry.name, self._runs.style(entry)) for entry in shown)
 
     def _drawing_at(self, frame: int) -> StepDrawing | None:
         drawing = self._view_state.drawing

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
@@ -184,13 +185,10 @@ class RunList:
         return tuple(one for one in self.entries if one.visible and one is not self.active)
 
     def next_name(self, settings: str) -> str:
-        """Name for a new run, which no other in the list has; `settings` say how it is made."""
-        taken = {entry.name for entry in self.entries}
-        while True:
-            self._made += 1
-            name = f"{self._made}: {settings}"
-            if name not in taken:
-                return name
+        """Name for a new run, with a number that no other has; `settings` say how it is made."""
+        taken = {entry.name.partition(":")[0] for entry in self.entries}
+        self._made = next(n for n in itertools.count(self._made + 1) if str(n) not in taken)
+        return f"{self._made}: {settings}"
 
     def free_name(self, wanted: str) -> str:
         """Name that is wanted, or one with a number behind it where another run has it."""

@@ -30,10 +30,7 @@ from .tracking import TrackPresenter
 
 _AHEAD_MS = 400
 _PAUSE_MS = 100  # time without a further change after which a trial begins
-_SECONDS = 2.0
-"""Length of the stretch around the frame where neither a selection nor the zoom says another."""
-
-_LONGEST_SECONDS = 10.0
+_SECONDS = 2.0  # length of the stretch around the frame where nothing is selected
 
 
 class TrialPresenter:
@@ -85,15 +82,12 @@ class TrialPresenter:
         return entry if entry is not None and entry.frames else None
 
     def stretch(self) -> range:
-        """Frames to try on: the selection, else what is visible, else two seconds here."""
+        """Frames to try on: the selection, else two seconds around the frame that is shown."""
         document, selected = self._base.document, self._state.selection
         count = document.frame_count
         if document.recording is None or not count or selected:
             return selected or range(0)
-        fps, zoomed = document.recording.fps, self._state.zoomed()
-        if zoomed and len(zoomed) <= _LONGEST_SECONDS * fps:
-            return zoomed
-        length = min(max(round(_SECONDS * fps), 2), count)
+        length = min(max(round(_SECONDS * document.recording.fps), 2), count)
         first = min(max(document.frame - length // 2, 0), count - length)
         return range(first, first + length)
 

@@ -85,15 +85,8 @@ THRESHOLD_DEG = 45.0
 class ViewState:
     """Owns what several panels show alike; panels tell it what a person does, and follow it."""
 
-    def __init__(
-        self,
-        tell: TellChange,
-        scene_shows_points: Callable[[], bool],
-        zoomed: Callable[[], range | None] = lambda: None,
-    ) -> None:
+    def __init__(self, tell: TellChange, scene_shows_points: Callable[[], bool]) -> None:
         self._tell, self._scene_shows_points = tell, scene_shows_points
-        self.zoomed = zoomed
-        """Frames that the timeline is zoomed to; None where it shows all."""
         self.workspace = ""
         """Name of the workspace that is shown; empty while nothing is open."""
         self.selection: range | None = None
@@ -105,8 +98,6 @@ class ViewState:
         self.kinds: dict[str, PictureKind] = {}
         self.arrangement: Arrangement = "grid"
         self.display = Display()
-        self.lights: dict[str, tuple[float, float]] = {}
-        """Brightness and contrast of the views that have their own."""
         self.hidden: frozenset[str] = frozenset()
         """Overlays that are not shown for now, whatever is switched on, unless asked for."""
         self.asked: frozenset[str] = frozenset()
@@ -202,22 +193,18 @@ class ViewState:
             self.asked ^= {name}
             self._tell(Part.DISPLAY)
 
-    def light(self, view: str) -> tuple[float, float]:
-        """Brightness and contrast of a view: its own, or that of all."""
-        return self.lights.get(view, (self.display.brightness, self.display.contrast))
+    def set_light(self, brightness: float, contrast: float) -> None:
+        """Show all views brighter or darker, within limits."""
+        self.change_display(
+            brightness=min(max(round(brightness, 3), -0.8), 0.8),
+            contrast=min(max(round(contrast, 3), 0.25), 4.0),
+        )
 
-    def set_light(self, brightness: float, contrast: float, view: str = "") -> None:
-        """Show one view, or without a name all of them, brighter or darker."""
-        if view:
-            self.lights[view] = (brightness, contrast)
-        else:
-            self.lights.clear()
-            now = dataclasses.replace(self.display, brightness=brightness, contrast=contrast)
-            self.display = now
-        self._tell(Part.LIGHT)
+    def change_light(self, brightness: float = 0.0, contrast: float = 1.0) -> None:
+        """Add to the brightness, and multiply the contrast."""
+        self.set_light(self.display.brightness + brightness, self.display.contrast * contrast)
 
     def begin_anew(self) -> None:
-        self.lights.clear()
         self.show_views(())
         self.fit = None
         self.select(None)
@@ -276,7 +263,6 @@ class InsideScene:
 class GhostBody:
     """The model of a run that is drawn beside the active one, as lines, dots or both."""
 
-    name: str
     style: RunStyle  # that of its lines in the plots: `dash` becomes lines, `dot` dots
     meshes: tuple[PartMesh, ...]
 
@@ -292,7 +278,6 @@ class Instant:
     reference: FloatArray | None = None  # (9, 3), world, metres
     reference_is_old: bool = False  # whether it was fitted before the last click
     ghosts: tuple[GhostBody, ...] = ()
-    runs: tuple[tuple[str, RunStyle], ...] = ()  # all runs that are shown, the active one first
     correspondences: Correspondences | None = None
     inside: InsideScene | None = None
     keypoints: Keypoints | None = None

@@ -11,7 +11,7 @@ from ..services.actions import Command, Menu
 from ..session.changes import Part
 from ..session.view_state import CLICK_OVERLAYS
 from ..widgets.forms.message import MessageBar
-from ..widgets.style.theme import THEME_NAMES, ThemeName, apply_theme, chosen_theme, set_icon
+from ..widgets.style.theme import THEME_NAMES, ThemeName, apply_theme, chosen_theme, icon_named
 from .dialogs import Dialogs
 from .help import Help
 
@@ -171,7 +171,7 @@ class Toolbars:
         if more := bar.findChild(QToolButton, "qt_toolbar_ext_button"):
             more.setToolTip("Show the commands that there is no room for")
             more.setAccessibleName(f"More of the toolbar {bar.windowTitle()}")
-            set_icon(more, "more")
+            more.setIcon(icon_named("more"))
         bar.setContextMenuPolicy(Qt.ContextMenuPolicy.PreventContextMenu)
         self._window.addToolBar(bar)
         return bar

@@ -3,7 +3,7 @@
 import re
 from collections.abc import Iterator, Mapping
 
-from PySide6.QtCore import Qt, QUrl
+from PySide6.QtCore import QEvent, Qt, QUrl
 from PySide6.QtGui import (
     QColor,
     QCursor,
@@ -20,6 +20,7 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QApplication, QFrame, QMainWindow, QTextBrowser, QWidget
 
 from ..context import Context
+from ..widgets.redraw import takes_key
 from ..widgets.style.building import hbox, tool_button, vbox
 from ..widgets.style.theme import current_theme, data_folder
 
@@ -157,11 +158,19 @@ class Help(QWidget):
         self.raise_()
         self.activateWindow()
 
+    def event(self, event: QEvent) -> bool:
+        # without this the main window, whose tool this is, would take it for a message
+        return takes_key(event, _is_escape) or super().event(event)
+
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        if event.key() == Qt.Key.Key_Escape:
+        if _is_escape(event):
             self.close()
         else:
             super().keyPressEvent(event)
+
+
+def _is_escape(event: QKeyEvent) -> bool:
+    return event.key() == Qt.Key.Key_Escape
 
 
 def _page_of(widget: QWidget | None) -> str:

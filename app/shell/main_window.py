@@ -25,7 +25,7 @@ from ..session.session import opens
 from ..widgets.forms.form_dialog import push_button
 from ..widgets.forms.message import MessageBar
 from ..widgets.style.building import hbox, label, vbox
-from ..widgets.style.theme import set_icon
+from ..widgets.style.theme import icon_named
 from .actions import MENUS, Toolbars, commands
 from .dialogs import Dialogs
 from .help import Help
@@ -102,7 +102,7 @@ class WelcomePage(QWidget):
 def _button(text: str, icon: str, tip: str, do: Callable[[], object]) -> QPushButton:
     button = push_button(text, do, tip)
     button.setMinimumHeight(36)
-    set_icon(button, icon)
+    button.setIcon(icon_named(icon))
     return button
 
 
@@ -153,6 +153,7 @@ class MainWindow(QMainWindow):
         watch = session.changes.watch
         watch(_OF_COMMANDS, context.actions.refresh_soon)
         watch(Part.READY, self._on_ready)
+        watch(Part.RECORDING_CLOSED, self.messages.clear)
         watch(Part.RECORDING_CLOSED, self._show_welcome)
         watch(Part.RECORDING_OPENED | PROJECT, self.write_title)
         watch(Part.RECENT, self._list_recent)
@@ -199,7 +200,7 @@ class MainWindow(QMainWindow):
 
     def _show_playing(self) -> None:
         playing = self.context.session.document.playing
-        set_icon(self.context.actions.action("play"), "pause" if playing else "play")
+        self.context.actions.action("play").setIcon(icon_named("pause" if playing else "play"))
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)

@@ -30,13 +30,13 @@ from stereotrack_core.geometry.camera_agreement import (
     camera_residuals,
     disagreeing_camera,
 )
-from stereotrack_core.geometry.rotation import angle_between, skew
+from stereotrack_core.geometry.rotation import angle_between
+from stereotrack_core.geometry.triangulation import epipolar_distance
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 
 MOST_VIEWS = 8  # of more views the first ones are looked at; exchanges grow as their power of two
 LEAST_GAIN = 8.0  # log likelihood that an exchange has to gain
 _GROSS = 12.0  # distances of more than so many sigma count as this: one outlier shall not decide
-_TOO_NEAR = 1e-6  # metres between two optical centres below which there are no epipolar lines
 
 
 @dataclass(frozen=True)
@@ -50,27 +50,6 @@ class Swap:
     certain: bool  # False where to exchange them in all other views instead fits as well
     distance: float
     distance_after: float
-
-
-def epipolar_distance(
-    camera: Camera, pixels: FloatArray, other: Camera, other_pixels: FloatArray
-) -> FloatArray:
-    """Pixels (...) of points (..., 2) from epipolar lines of others; mean of both; may be NaN."""
-    one, two = (
-        np.concatenate([points, np.ones_like(points[..., :1])], axis=-1)
-        for points in (camera.normalised(pixels), other.normalised(other_pixels))
-    )
-    two_from_one = other.camera_from_world @ camera.world_from_camera
-    shift = two_from_one.translation
-    if np.linalg.norm(shift) < _TOO_NEAR:
-        return np.full(np.broadcast_shapes(one.shape, two.shape)[:-1], np.nan)
-    essential = skew(shift / np.linalg.norm(shift)) @ two_from_one.rotation
-    line_in_two, line_in_one = one @ essential.T, two @ essential
-    product_ = np.abs(np.sum(two * line_in_two, axis=-1))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        in_two = product_ / np.linalg.norm(line_in_two[..., :2], axis=-1) * other.focal
-        in_one = product_ / np.linalg.norm(line_in_one[..., :2], axis=-1) * camera.focal
-    return np.asarray(0.5 * (in_one + in_two))
 
 
 def find_swaps(

@@ -7,14 +7,13 @@ inverse is their covariance.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.calibrate.lens import Lens, projected
-from stereotrack_core.errors import Cancelled
 from stereotrack_core.geometry.rotation import rotation_from_vector, skew
 from stereotrack_core.geometry.transform import RigidTransform
 
@@ -81,7 +80,6 @@ def adjusted(
     *,
     loss_scale: float | None = None,
     rounds: int = _ROUNDS,
-    cancelled: Callable[[], bool] = lambda: False,
 ) -> Bundle:
     """Cameras and boards (world_from_board) with the least sum of squared errors.
 
@@ -93,8 +91,6 @@ def adjusted(
     linear = _linearised(state, corners, loss_scale)
     damping = 1e-4
     for _ in range(rounds):
-        if cancelled():
-            raise Cancelled
         step = linear.step(damping)
         moved = None if step is None else state.moved(*step)
         cost = np.inf if moved is None else _cost(moved, corners, loss_scale)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -32,8 +32,6 @@ _START_VIEWS, _START_ROUNDS = 12, 12
 _LOSS_PX, _FIRST_PX = 2.0, 20.0  # pixels from which errors count linearly, and from first lenses
 _FOLDS = 5
 
-Stop = Callable[[], bool]
-
 
 @dataclass(frozen=True, eq=False)
 class LensFit:
@@ -60,7 +58,6 @@ class BoardPictures:
 
     pixels: FloatArray
     corners: FloatArray
-    stop: Stop = lambda: False
 
     def of(self, rows: BoolArray | IntArray | list[int]) -> BoardPictures:
         """Some of the pictures."""
@@ -80,9 +77,7 @@ def fitted(
     frames, free = np.arange(len(seen.pixels)), lens.model.free if free is None else free
     still = RigidTransform.identity()
     camera = BundleCamera(lens, still, frames, seen.pixels, free, pose_free=False)
-    bundle = adjusted(
-        [camera], poses, seen.corners, loss_scale=loss_scale, rounds=rounds, cancelled=seen.stop
-    )
+    bundle = adjusted([camera], poses, seen.corners, loss_scale=loss_scale, rounds=rounds)
     return LensFit(bundle.cameras[0].lens, bundle.boards, bundle)
 
 
@@ -256,12 +251,7 @@ class Intrinsics:
 
 
 def calibrate_intrinsics(
-    sightings: Sightings,
-    board: Board,
-    *,
-    model: str = "auto",
-    alone: bool = True,
-    stop: Stop = lambda: False,
+    sightings: Sightings, board: Board, *, model: str = "auto", alone: bool = True
 ) -> Intrinsics:
     """The lens of one camera, if not `alone` to be adjusted with others. Raises InputError.
 
@@ -271,9 +261,9 @@ def calibrate_intrinsics(
     """
     check_model(model)
     check_count(sightings)
-    used, start = _without_outliers(_spread_views(sightings), board, model, stop)
-    fits = _fits(start, used, board, model, stop)
-    chosen, candidates, held_out = _chosen(fits, used, board, stop)
+    used, start = _without_outliers(_spread_views(sightings), board, model)
+    fits = _fits(start, used, board, model)
+    chosen, candidates, held_out = _chosen(fits, used, board)
     fit = fits[chosen]
     coverage = coverage_of(used, fit.poses)
     sigma = np.sqrt(np.maximum(np.diag(fit.bundle.covariance)[:4], 0.0))
@@ -325,10 +315,10 @@ def _spread_views(sightings: Sightings) -> Sightings:
 
 
 def _without_outliers(
-    sightings: Sightings, board: Board, model: str, stop: Stop
+    sightings: Sightings, board: Board, model: str
 ) -> tuple[Sightings, dict[bool, Lens]]:
     """Pictures that agree with each other, and first lenses by whether they are fisheye lenses."""
-    seen = BoardPictures(sightings.pixels, board.corners, stop)
+    seen = BoardPictures(sightings.pixels, board.corners)
     kinds = sorted({one.fisheye for one in _models(model)})
     begun = {kind: first_lens(seen, sightings.size, fisheye=kind) for kind in kinds}
     start = {kind: lens for kind, lens in begun.items() if lens is not None}
@@ -340,7 +330,7 @@ def _without_outliers(
     check_count(sightings)
     most = len(sightings) // 3
     for _ in range(_ROUNDS):
-        fits = _fits(start, sightings, board, model, stop)
+        fits = _fits(start, sightings, board, model)
         fit = min(fits.values(), key=lambda one: one.median_px)
         sightings = without_far_corners(sightings, fit.errors)
         rows, reasons = outlying_views(fit.errors, most)
@@ -357,12 +347,12 @@ def _models(name: str) -> list[LensModel]:
 
 
 def _fits(
-    start: dict[bool, Lens], sightings: Sightings, board: Board, model: str, stop: Stop
+    start: dict[bool, Lens], sightings: Sightings, board: Board, model: str
 ) -> dict[str, LensFit]:
     """Every model fitted, by name; each begins with the simpler one before it."""
     fits: dict[str, LensFit] = {}
     latest = dict(start)
-    seen = BoardPictures(sightings.pixels, board.corners, stop)
+    seen = BoardPictures(sightings.pixels, board.corners)
     spare = int(np.isfinite(sightings.pixels).sum()) - 6 * len(sightings)
     for one in _models(model):
         if one.fisheye not in latest or spare <= one.free.sum():
@@ -376,10 +366,10 @@ def _fits(
 
 
 def _chosen(
-    fits: dict[str, LensFit], sightings: Sightings, board: Board, stop: Stop
+    fits: dict[str, LensFit], sightings: Sightings, board: Board
 ) -> tuple[str, tuple[Candidate, ...], float]:
     """Name of the model taken, all that were tried, and its held-out error in pixels."""
-    seen = BoardPictures(sightings.pixels, board.corners, stop)
+    seen = BoardPictures(sightings.pixels, board.corners)
     roots = {}
     for name, fit in fits.items():
         squares = held_out_errors(fit, seen)

@@ -153,12 +153,12 @@ def fit_lenses(
     for k, one in enumerate(sightings):
         asker.tell(Progress(k / len(sightings), f"lens of {one.camera}"))
         try:
-            found[one.camera] = calibrate_intrinsics(one, board, model=model, stop=asker.cancelled)
+            found[one.camera] = calibrate_intrinsics(one, board, model=model)
         except InputError as error:
             found[one.camera] = error
     return found
 
 
-def fit_world(sightings: Sequence[Sightings], board: Board, model: str, asker: Asker) -> World:
+def fit_world(sightings: Sequence[Sightings], board: Board, model: str, _asker: Asker) -> World:
     """Place all cameras in one world."""
-    return calibrate_world(sightings, board, model=model, stop=asker.cancelled)
+    return calibrate_world(sightings, board, model=model)

@@ -11,7 +11,6 @@ from stereotrack_core.calibrate.bundle import Bundle, BundleCamera, adjusted, rm
 from stereotrack_core.calibrate.connection import Connected, connected
 from stereotrack_core.calibrate.intrinsics import (
     Intrinsics,
-    Stop,
     calibrate_intrinsics,
     check_known,
 )
@@ -68,7 +67,6 @@ def calibrate_world(
     *,
     model: str = "auto",
     given: Mapping[str, Camera] | None = None,
-    stop: Stop = lambda: False,
 ) -> World:
     """Calibrate cameras that saw boards, in the frame of the first one. Raises InputError.
 
@@ -79,17 +77,17 @@ def calibrate_world(
         what = "one camera has no place relative to others"
         remedy = "Give two cameras or more, or use `stereotrack calibrate intrinsics`."
         raise InputError(what, where="cameras", remedy=remedy)
-    fits = [_lens(one, board, model, given or {}, stop) for one in sightings]
+    fits = [_lens(one, board, model, given or {}) for one in sightings]
     lenses = [fit.lens if isinstance(fit, Intrinsics) else fit for fit in fits]
     fixed = [not isinstance(fit, Intrinsics) for fit in fits]
     start = connected(sightings, lenses, board)
-    bundle, used = _adjusted(start, lenses, fixed, board, stop)
+    bundle, used = _adjusted(start, lenses, fixed, board)
     for i, fit in enumerate(fits):
         if isinstance(fit, Intrinsics):
             sigma = np.sqrt(np.maximum(np.diag(bundle.covariance_of(i))[:4], 0.0))
             check_known(bundle.rms, sigma, bundle.cameras[i].lens, fit.coverage, used[i])
     check_places(bundle, used)
-    held_out = _held_out(bundle, used, board, stop)
+    held_out = _held_out(bundle, used, board)
     return _world(bundle, used, board, fits, held_out, start.shared)
 
 
@@ -126,11 +124,11 @@ _FIRST_FROM_WORLD = RigidTransform(LOOKING_SOUTH.T, np.zeros(3))
 
 
 def _lens(
-    sightings: Sightings, board: Board, model: str, given: Mapping[str, Camera], stop: Stop
+    sightings: Sightings, board: Board, model: str, given: Mapping[str, Camera]
 ) -> Intrinsics | Lens:
     camera = given.get(sightings.camera)
     if camera is None:
-        return calibrate_intrinsics(sightings, board, model=model, alone=False, stop=stop)
+        return calibrate_intrinsics(sightings, board, model=model, alone=False)
     where = f"camera {sightings.camera}"
     if (camera.width, camera.height) != sightings.size:
         raise InputError(
@@ -152,7 +150,7 @@ def _frames(sightings: Sequence[Sightings]) -> list[int]:
 
 
 def _adjusted(
-    start: Connected, lenses: Sequence[Lens], fixed: Sequence[bool], board: Board, stop: Stop
+    start: Connected, lenses: Sequence[Lens], fixed: Sequence[bool], board: Board
 ) -> tuple[Bundle, tuple[Sightings, ...]]:
     """Cameras and boards adjusted without the pictures that do not fit, and those that do."""
     used, poses, boards = start.sightings, start.cameras, dict(start.boards)
@@ -161,7 +159,7 @@ def _adjusted(
         last = attempt == _ROUNDS
         cameras = _bundle_cameras(used, lenses, poses, fixed)
         places = [boards[frame] for frame in _frames(used)]
-        bundle = adjusted(cameras, places, board.corners, loss_scale=_LOSS_PX, cancelled=stop)
+        bundle = adjusted(cameras, places, board.corners, loss_scale=_LOSS_PX)
         lenses = [one.lens for one in bundle.cameras]
         poses = tuple(one.camera_from_world for one in bundle.cameras)
         boards = dict(zip(_frames(used), bundle.boards, strict=True))
@@ -177,7 +175,7 @@ def _adjusted(
             break
     cameras = _bundle_cameras(used, lenses, poses, fixed)
     places = [boards[frame] for frame in _frames(used)]
-    return adjusted(cameras, places, board.corners, cancelled=stop), used
+    return adjusted(cameras, places, board.corners), used
 
 
 def _bundle_cameras(
@@ -196,9 +194,7 @@ def _bundle_cameras(
     ]  # fmt: skip
 
 
-def _held_out(
-    bundle: Bundle, sightings: Sequence[Sightings], board: Board, stop: Stop
-) -> list[FloatArray]:
+def _held_out(bundle: Bundle, sightings: Sequence[Sightings], board: Board) -> list[FloatArray]:
     """Errors (F, n, 2) by camera for every fifth board, left out but for its place; or empty."""
     frames = _frames(sightings)
     everyone = np.concatenate([camera.boards for camera in bundle.cameras])
@@ -213,7 +209,7 @@ def _held_out(
         replace(camera, boards=camera.boards[~own], pixels=camera.pixels[~own])
         for camera, own in zip(bundle.cameras, left, strict=True)
     ]
-    others = adjusted(train, bundle.boards, board.corners, cancelled=stop)
+    others = adjusted(train, bundle.boards, board.corners)
     test = [
         replace(
             found, boards=camera.boards[own], pixels=camera.pixels[own], pose_free=False,
@@ -221,7 +217,7 @@ def _held_out(
         )
         for camera, found, own in zip(bundle.cameras, others.cameras, left, strict=True)
     ]  # fmt: skip
-    return list(adjusted(test, bundle.boards, board.corners, cancelled=stop).errors)
+    return list(adjusted(test, bundle.boards, board.corners).errors)
 
 
 @dataclass(frozen=True)

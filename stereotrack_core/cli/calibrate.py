@@ -105,10 +105,8 @@ def put_world(
     found.check_not_mirrored()
     if as_pair:
         _check_pairs(found)
-    with stoppable(NOTHING) as stop:
-        world = calibrate_world(
-            found.sightings, found.board, model=args.model, given=given, stop=stop
-        )
+    with stoppable(NOTHING, at_once=True):
+        world = calibrate_world(found.sightings, found.board, model=args.model, given=given)
     facts, tables = _pair_told(world) if as_pair else ({}, [])
     write_calibration(args.output, {camera.name: camera for camera in world.cameras})
     put_calibration(
@@ -142,8 +140,8 @@ def calibrate_lens(args: Namespace) -> int:
     board_of(args)
     source = pictures.pictures_of_glob(args.images, args.camera, "--images")
     found = found_board(args, [source], source.count())
-    with stoppable(NOTHING) as stop:
-        lens = calibrate_intrinsics(found.sightings[0], found.board, model=args.model, stop=stop)
+    with stoppable(NOTHING, at_once=True):
+        lens = calibrate_intrinsics(found.sightings[0], found.board, model=args.model)
     write_calibration(args.output, {lens.camera.name: lens.camera})
     facts = {"calibration": args.output, "board": found.board, **report.lens_facts(lens)}
     put_calibration(

@@ -2,7 +2,6 @@
 
 from argparse import Namespace
 from functools import partial
-from pathlib import Path
 
 from stereotrack_core.cli import options
 from stereotrack_core.cli.output import FAILED, OK, put_json, put_table, say
@@ -95,11 +94,8 @@ def _put_errors(
     recording: Recording,
     found: LandmarkTrajectory,
     frames_per_second: float | None,
-    saved: Path | None = None,
 ) -> None:
     accuracy = _accuracy(recording, found)
     title = f"Demo recording, preset {preset_name}, {len(found.frame)} frames"
     put_table(error_table(accuracy, title, frames_per_second))
     put_table(segment_table(accuracy.segments))
-    if saved is not None:
-        say(f"Run saved to {saved}.")

@@ -140,13 +140,12 @@ def run(args: Namespace) -> int:
     sigma = args.sigma or usual
     if args.personalise:
         return _personalise(args, recording, clicks, settings, sigma)
-    with progress("Reading", len(frames)) as show, stoppable() as stopped:
+    with progress("Reading", len(frames)) as show, stoppable(at_once=True):
         fit = fit_reference(
             recording,
             clicks,
             FitRequest(frames, views, settings, sigma=sigma, source=str(args.clicks)),
             on_frame=lambda frame: show(frame - frames.start + 1),
-            cancelled=stopped,
         )
     meta = origin_of(recording, len(clicks), sigma, settings)
     form = format_of_file(args.output)

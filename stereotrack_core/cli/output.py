@@ -183,10 +183,10 @@ def progress(what: str, total: int | None) -> Iterator[Show]:
 
 
 @contextmanager
-def stoppable(outcome: str = "") -> Iterator[Callable[[], bool]]:
+def stoppable(outcome: str = "", *, at_once: bool = False) -> Iterator[Callable[[], bool]]:
     """Give a function that says whether Ctrl-C was pressed; a second time stops at once.
 
-    `outcome` is what a person is told about work that is stopped.
+    `outcome` is what a person is told about work that is stopped. `at_once`: nobody asks.
 
     A request to end and a terminal that is closed count as Ctrl-C; the latter not where somebody
     has said before that the program shall outlive it (``nohup``).
@@ -199,6 +199,8 @@ def stoppable(outcome: str = "") -> Iterator[Callable[[], bool]]:
         return
 
     def stop(number: int, frame: FrameType | None) -> None:
+        if at_once:
+            raise Cancelled
         if asked.is_set():
             signal.default_int_handler(number, frame)
         asked.set()

@@ -11,6 +11,7 @@ import numpy as np
 
 from stereotrack_core.arrays import BoolArray, FloatArray
 from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.geometry.rotation import skew
 
 
 def segment_distance(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> FloatArray:
@@ -231,3 +232,27 @@ def _normal_equations(sightings: Sightings, world: FloatArray) -> tuple[FloatArr
     jacobian = sightings.jacobian(world)[used].reshape(-1, 3)
     weighted = np.repeat(weight[used], 2)[:, None] * jacobian
     return weighted.T @ jacobian, weighted.T @ residual[used].ravel()
+
+
+_TOO_NEAR = 1e-6  # metres between two optical centres below which there are no epipolar lines
+
+
+def epipolar_distance(
+    camera: Camera, pixels: FloatArray, other: Camera, other_pixels: FloatArray
+) -> FloatArray:
+    """Pixels (...) of points (..., 2) from epipolar lines of others; mean of both; may be NaN."""
+    one, two = (
+        np.concatenate([points, np.ones_like(points[..., :1])], axis=-1)
+        for points in (camera.normalised(pixels), other.normalised(other_pixels))
+    )
+    two_from_one = other.camera_from_world @ camera.world_from_camera
+    shift = two_from_one.translation
+    if np.linalg.norm(shift) < _TOO_NEAR:
+        return np.full(np.broadcast_shapes(one.shape, two.shape)[:-1], np.nan)
+    essential = skew(shift / np.linalg.norm(shift)) @ two_from_one.rotation
+    line_in_two, line_in_one = one @ essential.T, two @ essential
+    product = np.abs(np.sum(two * line_in_two, axis=-1))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        in_two = product / np.linalg.norm(line_in_two[..., :2], axis=-1) * other.focal
+        in_one = product / np.linalg.norm(line_in_one[..., :2], axis=-1) * camera.focal
+    return np.asarray(0.5 * (in_one + in_two))

@@ -31,7 +31,7 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.interop import label_source
 from stereotrack_core.interop.hdf5 import read_hdf5
 from stereotrack_core.interop.keypoints.source import FileRow, KeypointSource, Who
-from stereotrack_core.reading import TABLE_BYTES, decoding
+from stereotrack_core.reading import decoding
 from stereotrack_core.tables import csv_text, read_cells
 from stereotrack_core.versions import check_library
 
@@ -263,8 +263,6 @@ def _of_fixed(group: Mapping[str, Any]) -> StoredTable:
 
 def _of_table(table: Any) -> StoredTable:
     """Of the format ``table``."""
-    if table.size * table.dtype.itemsize > TABLE_BYTES:
-        raise ValueError("it is too large")
     blocks = [name for name in table.dtype.names or () if name.startswith("values_block_")]
     kinds = (bytes(table.attrs[f"{block}_kind"]) for block in blocks)
     try:
@@ -305,8 +303,8 @@ def _names(group: Mapping[str, Any], axis: str) -> list[tuple[str, ...]]:
 
 
 def _array(stored: Any) -> Any:
-    """Numbers or texts, in the file or read, that are not too large."""
-    if stored.dtype.kind not in "iufS" or stored.size * stored.dtype.itemsize > TABLE_BYTES:
+    """Numbers or texts, in the file or read."""
+    if stored.dtype.kind not in "iufS":
         raise ValueError("it holds something else than numbers and texts")
     return stored[()]
 

@@ -28,8 +28,8 @@ from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.interop import label_source
 from stereotrack_core.interop.hdf5 import read_hdf5
 from stereotrack_core.interop.keypoints.source import FileRow, KeypointSource, Who
-from stereotrack_core.limited_process import write_apart
-from stereotrack_core.reading import TABLE_BYTES, decoding
+from stereotrack_core.limited_process import read_apart
+from stereotrack_core.reading import decoding
 from stereotrack_core.recording.description import Recording, Stream
 from stereotrack_core.recording.images import is_pattern, numbered_files
 from stereotrack_core.recording.landmarks import SKELETON
@@ -37,6 +37,7 @@ from stereotrack_core.versions import check_library, extra_library
 
 _MISSING = "SLEAP files need the library sleap-io, which is not installed"
 _INSTEAD = "COCO keypoints (.json)"
+_OTHERWISE = "export them as csv or coco"
 _WHAT = "this is not a SLEAP labels file"
 _REMEDY = "Use an .slp file saved by SLEAP; save a damaged one again."
 
@@ -73,7 +74,7 @@ def write_sleap(
     for camera, frame, _ in found:
         if _index_of(files[camera.name], frame + streams[camera.name].shift(recording.fps)) is None:
             missing = f"the picture of frame {frame} in {camera.name} is missing"
-            remedy = "Delete the clicks of this frame, or export them as csv or coco."
+            remedy = f"Delete the clicks of this frame, or {_OTHERWISE}."
             what = f"{missing}, so SLEAP cannot hold its clicks"
             raise InputError(what, where=str(path), remedy=remedy)
     write = partial(_save, found, recording, landmarks, files)
@@ -86,7 +87,7 @@ def write_sleap(
             return len(stored["frames"][()]) == len(found)
 
     with replacing(path, is_whole) as temporary:
-        write_apart(write, temporary)
+        read_apart(write, temporary, f"Free space on the drive, or {_OTHERWISE}.")
 
 
 def _save(
@@ -292,7 +293,6 @@ def _files_of(video: Any, number: int) -> tuple[str, str]:
     return first, str(file[number]).replace("\\", "/") if 0 <= number < len(file) else ""
 
 
-_MOST_NAMES = 100_000
 _NO_ANALYSIS = "this is not an analysis of SLEAP"
 _EXPORT_AGAIN = "Export it again with SLEAP's File, Export Analysis HDF5."
 
@@ -321,16 +321,11 @@ Analysis: TypeAlias = tuple[list[str], list[str], FloatArray, FloatArray]
 def stored_analysis(stored: Any, path: Path) -> Analysis:
     """What an open file holds; InputError where its parts do not fit together."""
     with decoding(path, _NO_ANALYSIS, _EXPORT_AGAIN):
-        names = stored["node_names"], stored["track_names"]
-        if any(one.size > _MOST_NAMES for one in names):
-            raise ValueError("it has too many nodes or tracks")
         nodes, tracks = (
-            [name.decode() if isinstance(name, bytes) else str(name) for name in one[()]]
-            for one in names
+            [name.decode() if isinstance(name, bytes) else str(name) for name in stored[one][()]]
+            for one in ("node_names", "track_names")
         )
         data = stored["tracks"]
-        if data.size * data.dtype.itemsize > TABLE_BYTES or data.dtype.kind not in "fiu":
-            raise ValueError("its tracks are no numbers of a usual size")
         if data.ndim != 4 or data.shape[1:3] != (2, len(nodes)):
             raise ValueError("its parts do not fit together")
         places = np.moveaxis(data[()].astype(np.float64), 1, 3)

@@ -105,22 +105,18 @@ class ExportFormat:
 
 
 def export_reference(
-    path: Path,
-    reference: Reference,
-    form: ExportFormat,
-    fps: float | None,
-    max_sigma: float = MAX_SIGMA,
+    path: Path, reference: Reference, form: ExportFormat, fps: float | None
 ) -> Exported:
-    """Write what is known of a reference within a limit of sigma, in metres; says what is not.
+    """Write what is known of a reference within :data:`MAX_SIGMA`; says what is not.
 
     ``npz`` keeps the covariances, ``csv`` the standard deviations along the axes and ``c3d`` the
     largest one as residual; raises InputError as :func:`writer` does.
     """
-    written = writer(form, "reference")(path, reference.within(max_sigma), fps)
+    written = writer(form, "reference")(path, reference.within(MAX_SIGMA), fps)
     lost = ""
     if form.lost_of_reference and reference.covariance is not None:
         lost = f"{form.label} cannot store: {form.lost_of_reference}."
-    notes = (*written.notes, reference.left_out(max_sigma), lost)
+    notes = (*written.notes, reference.left_out(MAX_SIGMA), lost)
     return replace(written, notes=tuple(filter(None, notes)))
 
 

@@ -49,7 +49,7 @@ class Incoming:
     same: tuple[Click, ...]
     conflicts: tuple[Difference, ...]
 
-    def taken(self, decision: Decision | None = None, *, with_new: bool = True) -> list[Click]:
+    def taken(self, decision: Decision | None = None) -> list[Click]:
         """Clicks to take in: what is new, and for all conflicts what was decided.
 
         Where there is no mean, the project's click stays. Raises InputError without a decision.
@@ -68,12 +68,11 @@ class Incoming:
             decided = [one.second for one in self.conflicts]
         elif decision == "mean":
             decided = [_mean_click(one) for one in self.conflicts]
-        new = self.new if with_new else ()
-        return [*new, *(click for click in decided if click is not None)]
+        return [*self.new, *(click for click in decided if click is not None)]
 
-    def edit(self, decision: Decision | None = None, *, with_new: bool = True) -> Edit:
+    def edit(self, decision: Decision | None = None) -> Edit:
         """The one edit that takes in :meth:`taken`."""
-        taken = self.taken(decision, with_new=with_new)
+        taken = self.taken(decision)
         means = sum(click.origin == _MEAN for click in taken)
         between = f", {means} of them mean positions," if decision == "mean" and means else ""
         words = f"merge {counted(len(taken), 'click')}{between} from {self.source}"

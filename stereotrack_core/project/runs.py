@@ -108,10 +108,10 @@ class KeptRun:
     facts: RunFacts
 
 
-def keep_run(name: str, run: Run, *, replacing: bool = False) -> Edit:
+def keep_run(name: str, run: Run) -> Edit:
     """The edit that puts a complete run into the project, under a :func:`free_name` if wanted."""
     facts = facts_of_meta(run.meta, run.frame, int(run.tracked.sum()))
-    return save_entry(RUN, name, facts_as_json(facts), run_bytes(run), replacing=replacing)
+    return save_entry(RUN, name, facts_as_json(facts), run_bytes(run))
 
 
 def delete_run(name: str) -> Edit:

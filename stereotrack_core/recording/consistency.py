@@ -14,6 +14,7 @@ from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.errors import Finding, InputError
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.camera_agreement import disagreeing_camera
+from stereotrack_core.geometry.triangulation import epipolar_distance
 from stereotrack_core.recording.camera_checks import view_cameras
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.keypoint_names import exchanged
@@ -154,29 +155,16 @@ def _best_shift(cameras: Mapping[str, Camera], seen: Observations, i: int) -> tu
     for s in _SHIFTS:
         own = _shifted(pixels, float(s))[usable]
         against = [
-            epipolar_error(own_camera, own, cameras[seen.views[j]], seen.pixels[j][usable])
+            epipolar_distance(own_camera, own, cameras[seen.views[j]], seen.pixels[j][usable])
             for j in others
         ]
-        if sum(map(len, against)) < _LEAST_POINTS:
+        every = np.concatenate(against)
+        known = every[np.isfinite(every)]
+        if len(known) < _LEAST_POINTS:
             return 0.0, 0.0
-        errors.append(float(np.mean(np.minimum(np.concatenate(against), _CAP_PX))))
+        errors.append(float(np.mean(np.minimum(known, _CAP_PX))))
     now, best = errors[int(np.abs(_SHIFTS).argmin())], int(np.argmin(errors))
     return float(_SHIFTS[best]), (now - errors[best]) / now if now > 0 else 0.0
-
-
-def epipolar_error(a: Camera, pixels_a: FloatArray, b: Camera, pixels_b: FloatArray) -> FloatArray:
-    """Mean distance in pixels, to both sides, of points from each other's epipolar planes."""
-    known = np.isfinite(pixels_a).all(axis=-1) & np.isfinite(pixels_b).all(axis=-1)
-    if not known.any():
-        return np.empty(0)
-    rays_a, rays_b = a.rays_world(pixels_a[known]), b.rays_world(pixels_b[known])
-    baseline = b.position_world - a.position_world
-    sines = []
-    for one, other in ((rays_a, rays_b), (rays_b, rays_a)):
-        normal = np.cross(baseline, one)
-        normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
-        sines.append(np.abs(np.einsum("ij,ij->i", normal, other)))
-    return np.asarray((sines[0] * b.matrix[0, 0] + sines[1] * a.matrix[0, 0]) / 2)
 
 
 def _shifted(path: FloatArray, shift: float) -> FloatArray:

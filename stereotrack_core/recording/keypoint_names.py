@@ -46,8 +46,6 @@ MEDIAPIPE_33: tuple[str, ...] = _points(
 """MediaPipe's pose landmarks, also known as BlazePose."""
 
 _COCO_18 = "nose neck right_arm left_arm right_leg left_leg right_eye left_eye right_ear left_ear"
-_BODY_19 = _COCO_18.replace("left_arm", "left_arm mid_hip")
-_BODY_25B = "FACE ARMS LEGS upper_neck head_top FEET"
 _HALPE_26 = (
     "FACE ARMS LEGS head_top neck mid_hip left_big_toe right_big_toe left_small_toe "
     "right_small_toe left_heel right_heel"
@@ -57,52 +55,19 @@ LAYOUTS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
         "coco17": COCO_17,
         "coco18": _points(_COCO_18),
-        "body25": _points(f"{_BODY_19} FEET"),
+        "body25": _points(f"{_COCO_18.replace('left_arm', 'left_arm mid_hip')} FEET"),
         "halpe26": _points(_HALPE_26),
         "mediapipe33": MEDIAPIPE_33,
-        "body25b": _points(_BODY_25B),
+        "body25b": _points("FACE ARMS LEGS upper_neck head_top FEET"),
         "h36m17": _points("mid_hip right_leg left_leg spine neck face head_top left_arm right_arm"),
-        "posetrack17": _points("nose upper_neck head_top left_ear right_ear ARMS LEGS"),
-        "mpi3dhp17": _points(
-            "head_top neck right_arm left_arm right_leg left_leg mid_hip spine face"
-        ),
-        "coco_neck18": _points("FACE ARMS LEGS neck"),
-        "body19": _points(_BODY_19),
-        "panoptic19": _points(
-            "neck nose mid_hip left_arm left_leg right_arm right_leg left_eye left_ear right_eye "
-            "right_ear"
-        ),
         "coco_feet23": _points("FACE ARMS LEGS FEET"),
-        "body23": _points(f"{_COCO_18.replace(' neck', '')} FEET"),
-        "kinect25": _points(
-            "mid_hip spine upper_neck head left_arm left_hand right_arm right_hand left_leg "
-            "left_foot right_leg right_foot neck left_handtip left_thumb right_handtip right_thumb"
-        ),
-        "kinect32": _points(
-            "mid_hip spine chest upper_neck left_clavicle left_arm left_hand left_handtip "
-            "left_thumb right_clavicle right_arm right_hand right_handtip right_thumb left_leg "
-            "left_foot right_leg right_foot head nose left_eye left_ear right_eye right_ear"
-        ),
-        "crowdpose14": _points("ARMS LEGS head_top neck"),
-        "aic14": _points("right_arm left_arm right_leg left_leg head_top neck"),
-        "lsp14": _points(
-            "right_ankle right_knee right_hip left_leg right_wrist right_elbow right_shoulder "
-            "left_arm neck head_top"
-        ),
-        "mpi15": _points("head_top neck right_arm left_arm right_leg left_leg chest"),
-        "mpii16": _points(
-            "right_ankle right_knee right_hip left_leg mid_hip neck upper_neck head_top "
-            "right_wrist right_elbow right_shoulder left_arm"
-        ),
         "coco133": _points("FACE ARMS LEGS FEET", 133),
-        "body135": _points(_BODY_25B, 135),
         "halpe136": _points(_HALPE_26, 136),
     }
 )
 """Layouts by name: names of the points in their order; of equal length the usual one first.
 
-Sources: OpenPose's ``poseParameters.cpp``, MMPose's dataset descriptions, Microsoft's Kinect SDKs,
-NVIDIA's trt_pose (``coco_neck18``), MediaPipe's pose landmarks.
+Sources: OpenPose's ``poseParameters.cpp``, MMPose's dataset descriptions, MediaPipe's landmarks.
 """
 
 _SAME_LAYOUT: Mapping[str, str] = MappingProxyType(
@@ -113,17 +78,7 @@ _SAME_LAYOUT: Mapping[str, str] = MappingProxyType(
         **dict.fromkeys(("halpe", "body26", "rtmpose26"), "halpe26"),
         **dict.fromkeys(("blazepose", "blazepose33", "mediapipe"), "mediapipe33"),
         **dict.fromkeys(("human36m", "human36m17", "h36m"), "h36m17"),
-        **dict.fromkeys(("posetrack", "posetrack18"), "posetrack17"),
         **dict.fromkeys(("wholebody", "wholebody133", "cocowholebody"), "coco133"),
-        **dict.fromkeys(("kinectv2", "kinect"), "kinect25"),
-        **dict.fromkeys(("azurekinect", "kinectazure"), "kinect32"),
-        "trtpose": "coco_neck18",
-        "mpi": "mpi15",
-        "mpii": "mpii16",
-        "crowdpose": "crowdpose14",
-        "aic": "aic14",
-        "lsp": "lsp14",
-        "panoptic": "panoptic19",
     }
 )
 """Other names of layouts, in lower case without signs."""
@@ -226,7 +181,6 @@ _BONES: Mapping[tuple[str, str], float] = {
     **{("upper_neck", f"{s}_shoulder"): 0.21 for s in ("left", "right")},
     **{(f"{s}_shoulder", f"{s}_elbow"): 0.28 for s in ("left", "right")},
     **{(f"{s}_elbow", f"{s}_wrist"): 0.25 for s in ("left", "right")},
-    **{(f"{s}_wrist", f"{s}_hand"): 0.08 for s in ("left", "right")},
     **{(f"{s}_wrist", f"{s}_index"): 0.10 for s in ("left", "right")},
     **{(f"{s}_shoulder", f"{s}_hip"): 0.50 for s in ("left", "right")},
     **{("mid_hip", f"{s}_hip"): 0.11 for s in ("left", "right")},
@@ -235,7 +189,6 @@ _BONES: Mapping[tuple[str, str], float] = {
     **{(f"{s}_ankle", f"{s}_heel"): 0.08 for s in ("left", "right")},
     **{(f"{s}_ankle", f"{s}_big_toe"): 0.17 for s in ("left", "right")},
     **{(f"{s}_big_toe", f"{s}_small_toe"): 0.07 for s in ("left", "right")},
-    **{(f"{s}_ankle", f"{s}_foot"): 0.15 for s in ("left", "right")},
     ("left_shoulder", "right_shoulder"): 0.36,
     ("left_hip", "right_hip"): 0.22,
     ("nose", "head_top"): 0.20,
@@ -243,15 +196,11 @@ _BONES: Mapping[tuple[str, str], float] = {
     ("neck", "head_top"): 0.32,
     ("upper_neck", "head_top"): 0.25,
     ("upper_neck", "nose"): 0.14,
-    ("neck", "head"): 0.22,
-    ("upper_neck", "head"): 0.14,
     ("face", "head_top"): 0.15,
     ("neck", "face"): 0.18,
     ("neck", "mid_hip"): 0.52,
     ("spine", "mid_hip"): 0.24,
     ("spine", "neck"): 0.28,
-    ("chest", "neck"): 0.25,
-    ("neck", "upper_neck"): 0.08,
 }
 """Lengths of an adult, metres; only their ratios count."""
 

@@ -14,8 +14,8 @@ if TYPE_CHECKING:  # no more than that is needed, and the command line starts qu
 _FEWEST_VIEWS = 2  # mono views without which a person's place in space is not known
 
 
-def asked_frames(text: str | None, end: int = 2**31, option: str = "--frames") -> range:
-    """Frames from A to B of ``A:B`` as given to an option; from 0 and to `end` where left out.
+def asked_frames(text: str | None, end: int = 2**31) -> range:
+    """Frames from A to B of ``A:B`` as given to ``--frames``; from 0 and to `end` where left out.
 
     Raises InputError where the text cannot be read, or the end does not come after the first frame.
     """
@@ -27,12 +27,11 @@ def asked_frames(text: str | None, end: int = 2**31, option: str = "--frames") -
             raise ValueError
         asked = range(int(first) if first.strip() else 0, int(last) if last.strip() else end)
     except ValueError:
-        raise InputError(
-            f"{text!r} cannot be read", where=option, remedy="Write A:B, for example 10:60."
-        ) from None
+        what, remedy = f"{text!r} cannot be read", "Write A:B, for example 10:60."
+        raise InputError(what, where="--frames", remedy=remedy) from None
     if asked.start < 0 or (last.strip() and not asked):
         remedy = "Frames are counted from 0, and B must be larger than A."
-        raise InputError(f"{text!r} contains no frame", where=option, remedy=remedy)
+        raise InputError(f"{text!r} contains no frame", where="--frames", remedy=remedy)
     return asked
 
 

@@ -6,10 +6,11 @@ two rays meet, the one is taken that most cameras agree with.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations
+from typing import TypeAlias
 
 import numpy as np
 
@@ -109,29 +110,22 @@ def _distances(points: FloatArray, centres: FloatArray, directions: FloatArray) 
     return np.where(along > 0.0, np.linalg.norm(across, axis=-1), np.nan)
 
 
-class KeypointsInViews:
-    """Keypoints of one person, frame by frame in these calibrated cameras."""
-
-    def __init__(self, keypoints: Keypoints | None, cameras: Mapping[str, Camera]) -> None:
-        self._cameras = {name: cameras[name] for name in sorted(cameras)}
-        self._keypoints = keypoints
-        if keypoints is not None:
-            self._keypoints = keypoints[np.isin(keypoints.camera, list(self._cameras))]
-
-    def at(self, frame: int) -> SightedKeypoints | None:
-        """Those of one frame; None where nothing is known of any frame."""
-        if self._keypoints is None:
-            return None
-        return sighted(self._keypoints.of_frame(frame), self._cameras)
+KeypointsByFrame: TypeAlias = Callable[[int], SightedKeypoints | None]
+"""Gives the keypoints of a frame; None if nothing is known of any frame."""
 
 
 def keypoints_in_views(
     recording: Recording, views: Sequence[str], keypoints: Keypoints | None
-) -> KeypointsInViews:
+) -> KeypointsByFrame:
     """Keypoints of one person in the cameras of these views, both of a stereo camera's."""
+    if keypoints is None:
+        return lambda _frame: None
     streams = [one for name in views for one in recording.view(name).streams().values()]
-    cameras = {one.camera: recording.cameras[one.camera] for one in streams if one.camera}
-    return KeypointsInViews(None if keypoints is None else of_one_person(keypoints), cameras)
+    names = sorted({one.camera for one in streams if one.camera})
+    cameras = {name: recording.cameras[name] for name in names}
+    own = of_one_person(keypoints)
+    own = own[np.isin(own.camera, names)]
+    return lambda frame: sighted(own.of_frame(frame), cameras)
 
 
 def sighted(keypoints: Keypoints, cameras: Mapping[str, Camera]) -> SightedKeypoints:

@@ -30,6 +30,8 @@ from stereotrack_core.simulation.skeleton import (
 )
 from stereotrack_core.vtk_build import vtk_module
 
+_SPACING = 0.012  # of the grid on which the surface is contoured, metres
+
 
 @dataclass(frozen=True, eq=False)
 class Flesh:
@@ -44,10 +46,8 @@ class Flesh:
     blend: float = 0.03
 
 
-def rest_surface(
-    person: Person, *, spacing: float = 0.012
-) -> tuple[FloatArray, FloatArray, IntArray]:
-    """Closed surface of `person` at rest: its flesh contoured on a grid of `spacing` metres.
+def rest_surface(person: Person) -> tuple[FloatArray, FloatArray, IntArray]:
+    """Closed surface of `person` at rest: its flesh contoured on a grid.
 
     Vertices (V, 3) in metres, their normals outwards, from the field, so that the mesh's own facets
     do not show in the light, and triangles (T, 3), counter-clockwise seen from outside.
@@ -55,13 +55,13 @@ def rest_surface(
     pieces = tuple(flesh(person))
     low = np.min([np.minimum(p.a - p.radius_a, p.b - p.radius_b) for p in pieces], axis=0) - 0.04
     high = np.max([np.maximum(p.a + p.radius_a, p.b + p.radius_b) for p in pieces], axis=0) + 0.04
-    axes = [np.arange(lo, hi, spacing) for lo, hi in zip(low, high, strict=True)]
+    axes = [np.arange(lo, hi, _SPACING) for lo, hi in zip(low, high, strict=True)]
     field = _distance_on_grid(pieces, axes)
     # VTK takes its time to load, and a window that simulates nothing does without
     numpy_support = vtk_module("util.numpy_support")
     image = vtk_module("vtkCommonDataModel").vtkImageData()
     image.SetDimensions(*field.shape)
-    image.SetSpacing(spacing, spacing, spacing)
+    image.SetSpacing(_SPACING, _SPACING, _SPACING)
     image.SetOrigin(*low)
     values = np.ascontiguousarray(field.ravel(order="F"), dtype=np.float32)
     image.GetPointData().SetScalars(numpy_support.numpy_to_vtk(values, deep=1))
@@ -74,7 +74,7 @@ def rest_surface(
     vtk_to_numpy = numpy_support.vtk_to_numpy
     vertices = vtk_to_numpy(mesh.GetPoints().GetData()).astype(np.float64)
     triangles = vtk_to_numpy(mesh.GetPolys().GetConnectivityArray()).reshape(-1, 3)[:, ::-1]
-    normals = _field_normals(field, (vertices - low) / spacing)
+    normals = _field_normals(field, (vertices - low) / _SPACING)
     return vertices, normals, triangles.astype(np.int64)
 
 

@@ -148,7 +148,7 @@ class Clouds(AbstractContextManager["Clouds"]):
             return self._kept.pop(frame)
         cloud, read = self._source.take(frame)
         clicks = self.spec.clicks.until(frame) if self.spec.clicks else ()
-        seen = self._keypoints.at(frame)
+        seen = self._keypoints(frame)
         if self.detector is not None:
             seen = self.detector.of(cloud, self.frames.start)
         return dataclasses.replace(cloud, keypoints=seen, clicks=clicks), read

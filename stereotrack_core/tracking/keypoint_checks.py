@@ -8,7 +8,7 @@ from stereotrack_core.body.model import BodyModel
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.keypoints import Keypoints
-from stereotrack_core.recording.sighted_keypoints import KeypointsInViews, keypoints_in_views
+from stereotrack_core.recording.sighted_keypoints import KeypointsByFrame, keypoints_in_views
 from stereotrack_core.tracking.residuals.reprojection import KeypointFit, KeypointObservation
 
 # Metres from the body, at the person's distance, from which a keypoint disagrees with it. Guessed
@@ -23,11 +23,11 @@ _NAMED = 6  # keypoints that are named; the others are counted
 
 
 def keypoint_fits(
-    poses: Iterable[tuple[int, Pose]], body: BodyModel, seen: KeypointsInViews
+    poses: Iterable[tuple[int, Pose]], body: BodyModel, seen: KeypointsByFrame
 ) -> Iterator[KeypointFit]:
     """How the keypoints of frames fit their poses, with sides exchanged back as in tracking."""
     for frame, pose in poses:
-        fit = KeypointObservation(seen.at(frame), 1.0).fitted(body, pose)
+        fit = KeypointObservation(seen(frame), 1.0).fitted(body, pose)
         if fit is not None:
             yield fit
 

@@ -55,7 +55,7 @@ def test_covariance_is_that_of_repeated_clicks():
     rig = cameras()
     world = np.array([0.2, 0.1, 1.3])
     found = [
-        predicted_point(rig, clicked(rig, world, "NOW", 2.0, k), sigma=2.0) for k in range(300)
+        predicted_point(rig, clicked(rig, world, "NOW", 2.0, k), sigma=2.0) for k in range(150)
     ]
     errors = np.array([one.world - world for one in found])
     mahalanobis = [

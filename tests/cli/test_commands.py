@@ -12,10 +12,7 @@ import pytest
 from stereotrack_core.cli import demo, track_plan
 from stereotrack_core.interop.run_file import RUN_SUFFIXES, read_run, read_trajectory
 from stereotrack_core.tracking.run_spec import RunSpec
-from tests.conftest import FAST
-
-QUICK = FAST[:-2]
-"""With a warning of pictures as small as these."""
+from tests.conftest import FAST, QUICK
 
 MEASURES = {
     *("torso_position", "torso_long", "torso_cross", "upper_arms", "forearms"),
@@ -66,13 +63,13 @@ def seen(tracked):
 
 
 def test_track_goes_on_from_a_file(run, recording, tracked, seen, tmp_path):
-    stretch = ("--preset", "fast", "--set", "fit_shape=no", "--frames", f"{seen}:{seen + 2}")
+    stretch = (*QUICK, "--frames", f"{seen}:{seen + 2}")
     for init in (tracked, recording / "reference.csv"):
         path = tmp_path / "later.npz"
         run("track", recording, "-o", path, "--init", init, *stretch)
         assert read_run(path).meta["init"] == "pose"
     beyond = tmp_path / "short.npz"
-    run("track", recording, "-o", beyond, *QUICK, "--frames", ":2")
+    run("track", recording, "-o", beyond, *FAST, "--frames", ":2")
     ended = run("track", recording, "-o", tmp_path / "x.npz", "--init", beyond, *stretch, status=2)
     assert f"frame {seen}" in ended.err
 
@@ -111,7 +108,7 @@ def test_track_that_is_stopped_keeps_what_it_has(run, recording, tmp_path, monke
 
     monkeypatch.setattr(track_plan, "progress", interrupting)
     path = tmp_path / "run.npz"
-    ended = run("track", recording, "-o", path, *QUICK, "--json", status=1)
+    ended = run("track", recording, "-o", path, *FAST, "--json", status=1)
     assert "3 of 10" in ended.err
     assert ended.json["stopped"] is True
     assert read_run(path).frame.tolist() == [0, 1, 2]
@@ -189,13 +186,12 @@ def test_info(run, recording, tmp_path):
 def test_demo_headless(run, recording, tmp_path, monkeypatch):
     shutil.copytree(recording, tmp_path / "demo" / "recording")
     monkeypatch.setattr(demo, "RunSpec", partial(RunSpec, init="tpose"))
-    fast = ("--preset", "fast", "--set", "fit_shape=no")
-    ended = run("demo", tmp_path / "demo", "--headless", *fast)
+    ended = run("demo", tmp_path / "demo", "--headless", *QUICK)
     assert "forearms [deg]" in ended.out
     assert "t-pose" in ended.out
     assert str(tmp_path / "demo" / "run.npz") in ended.err
     assert read_run(tmp_path / "demo" / "run.npz").frame.size == 10
-    facts = run("demo", tmp_path / "demo", "--headless", *fast, "--json").json
+    facts = run("demo", tmp_path / "demo", "--headless", *QUICK, "--json").json
     assert set(facts["measures"]) == MEASURES
     (tmp_path / "file").write_text("")
     run("demo", tmp_path / "file", "--headless", status=2)

@@ -4,7 +4,7 @@ import shutil
 
 import pytest
 
-from tests.conftest import FAST
+from tests.conftest import QUICK
 
 
 @pytest.fixture
@@ -49,7 +49,7 @@ def test_what_has_one_cause_is_corrected_if_it_is_wanted(run, exchanged):
 
 def test_what_is_plainly_wrong_is_not_tracked_unless_it_is_wanted(run, exchanged, tmp_path):
     output = tmp_path / "run.npz"
-    command = ("track", exchanged, "-o", output, *FAST[:-2], "--frames", "0:2")
+    command = ("track", exchanged, "-o", output, *QUICK[:-2], "--init", "tpose", "--frames", "0:2")
     refused = run(*command, status=2)
     assert "error: view N: " in refused.err
     assert "--despite-errors" in refused.err

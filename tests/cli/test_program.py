@@ -143,6 +143,11 @@ def test_first_interrupt_asks_and_second_stops():
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
+def test_work_that_never_asks_is_stopped_at_once():
+    with pytest.raises(Cancelled, match="Nothing was"), stoppable("Nothing was.", at_once=True):
+        os.kill(os.getpid(), signal.SIGINT)
+
+
 def test_on_a_terminal_it_is_said_how_to_stop_at_once(monkeypatch):
     reading, writing = os.pipe()
     with os.fdopen(writing, "w") as terminal, os.fdopen(reading) as screen:

@@ -17,7 +17,7 @@ def first(recording, tmp_path_factory):
 
     path = tmp_path_factory.mktemp("like") / "first.npz"
     chosen = ("--frames", "2:5", "--seed", "7", "--views", "NS", "--smooth")
-    settings = ("--preset", "fast", "--set", "iterations=2")
+    settings = ("--preset", "fast", "--set", "iterations=2", "--set", "least_focal=0")
     begin = ("--init", recording / "reference.csv")
     command = ("track", recording, "-o", path, *settings, *chosen, *begin)
     assert main([str(word) for word in command]) == 0

@@ -78,7 +78,7 @@ def test_fit_clicks(folder, tmp_path, capsys):
 
 
 def test_compare_settings(folder, capsys):
-    changes = [f"search_arms=no fit_shape=no iterations={k}" for k in (2, 4)]
+    changes = [f"search_arms=no fit_shape=no least_focal=0 iterations={k}" for k in (2, 4)]
     example("compare_settings").main(folder, changes, "fast")
     lines = capsys.readouterr().out.splitlines()
     assert [line.partition(":")[0] for line in lines] == changes

@@ -232,7 +232,7 @@ def state_of(window: MainWindow) -> dict[str, Any]:
             name: (
                 *(view_state.kinds[name], tile.camera.zoom, tile.camera.isVisible()),
                 *(tile.camera.size(), tile.camera.place_of(0.0, 0.0)),
-                *(tile.camera.label.words, view_state.light(name)),
+                tile.camera.label.words,
             )
             for name, tile in docks.views.tiles.items()
         },

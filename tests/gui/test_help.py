@@ -6,6 +6,7 @@ from PySide6.QtGui import QCursor
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
+from app.session.messages import Message
 from tests.gui.hands import LEFT
 
 pytestmark = pytest.mark.window
@@ -43,8 +44,11 @@ def test_f1_opens_the_page_of_the_panel_under_the_cursor(opened, guide):
         QTest.keyClick(opened, Qt.Key.Key_F1)
         assert guide.isVisible()
         assert address(guide) == page
-    QTest.keyClick(guide, Qt.Key.Key_Escape)
+    opened.context.notifier.show(Message("note", "the message that Esc would close in the window"))
+    QTest.keyClick(guide.page, Qt.Key.Key_Escape)
     assert not guide.isVisible()
+    assert opened.messages.isVisible()
+    QTest.keyClick(opened, Qt.Key.Key_Escape)
 
 
 def test_f1_goes_by_the_focus_where_the_cursor_is_on_nothing(opened, guide, qtbot):

@@ -72,6 +72,7 @@ def test_files_are_told_imported_undone_and_removed(opened, qtbot, tmp_path):
     assert "1 keypoint of keypoints that are no part of the body" in said
     assert "1 keypoint of frames that the recording does not have" in said
     proposed = project.predictions.of_source("rtm")
+    assert proposed
     assert f"{len(proposed)} landmarks" in said
     assert not any(one.key == (0, "N", "head") for one in proposed)
     assert [one.position for one in project.clicks.all()] == [(5.0, 5.0)]

@@ -108,6 +108,7 @@ def test_the_step_stays_when_another_frame_is_shown_and_the_run_comes_back(with_
     QTest.keyClick(window, Qt.Key.Key_F12)
     qtbot.waitUntil(window.context.tasks.settled, timeout=30_000)
     assert window.context.view_state.drawing is None
+    assert "Measuring" not in window.features.inspect.panel.nothing.text()
     assert window.context.docks.views.tiles["N"].camera.picture.overlay.inside is None
     qtbot.waitUntil(
         lambda: [dock(name).height() for name in ("scene", "inside", "plot")] == heights,

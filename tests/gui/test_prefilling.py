@@ -60,7 +60,7 @@ def clicked(annotating, qtbot):
     """The first and the last frame are clicked, those between are selected."""
     click_frames(annotating, (0, 7))
     annotating.context.docks.timeline.set_selection(BETWEEN)
-    annotating.features.annotate.panels._on_selection()
+    annotating.features.annotate.panels._show_selection()
     qtbot.waitUntil(annotating.context.tasks.settled, timeout=60_000)
     return annotating
 

@@ -58,6 +58,8 @@ def test_a_project_file_opens_its_recording(window, qtbot, folder, tmp_path):
     path = tmp_path / "mine.stereotrack"
     with Project.create(path, folder, who="A") as project:
         project.apply(place(Click(3, "S_right", "left_hand", (10.0, 20.0))))
+        seen = {"frame": 5, "workspace": "annotate", "pictures": {}, "light": {}}
+        project.view_settings.set("window", seen)
     data = QMimeData()
     data.setUrls([QUrl.fromLocalFile(str(path))])
     buttons, keys = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
@@ -69,6 +71,8 @@ def test_a_project_file_opens_its_recording(window, qtbot, folder, tmp_path):
     assert window.context.session.document.recording.folder.resolve() == folder.resolve()
     assert window.context.session.recents() == [path]
     assert len(window.context.session.project.project.clicks.at(3)) == 1
+    assert window.context.session.document.frame == 5
+    assert window.context.docks.workspace == "annotate"
 
 
 def test_a_file_that_is_no_project_is_refused_before_a_window_comes(tmp_path, capsys):

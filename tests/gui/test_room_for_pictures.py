@@ -4,11 +4,11 @@ import shutil
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QPoint, QPointF, QRect, QRectF, QSize, Qt
+from PySide6.QtCore import QPoint, QRect, QRectF, QSize, Qt
 from PySide6.QtWidgets import QApplication, QWidget
 
 from app.session.messages import Message
-from tests.gui.hands import RIGHT, clicks, drag, key, view
+from tests.gui.hands import key, view
 from tests.gui.kept_window import close_window, open_recording, show_window
 
 pytestmark = pytest.mark.window
@@ -171,18 +171,3 @@ def test_a_recording_opens_zoomed_to_the_person(
     assert view(window, "N").zoom == 1.0
     close_window(window)
     assert not failures
-
-
-def test_the_right_button_spans_what_is_enlarged(four, qtbot):
-    camera = view(four, "N")
-    corners = [camera.pixel_at(QPointF(x, y)) for x, y in ((150, 40), (270, 120))]
-    drag(four, QPoint(150, 40), QPoint(270, 120), button=RIGHT)
-    places = [camera.place_of(corner.x(), corner.y()) for corner in corners]
-    spanned = QRectF(*places).normalized()
-    assert QRectF(camera.rect()).adjusted(-1, -1, 1, 1).contains(spanned)
-    shares = spanned.width() / camera.width(), spanned.height() / camera.height()
-    assert max(shares) == pytest.approx(1.0, abs=0.02)
-    zoom = camera.zoom
-    drag(four, QPoint(100, 40), QPoint(104, 44), button=RIGHT)
-    assert camera.zoom == zoom, "a slip of the hand enlarges nothing"
-    assert clicks(four) == {}

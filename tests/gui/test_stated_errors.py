@@ -42,7 +42,7 @@ def stating(trajectory: LandmarkTrajectory, shift=0.0, sigma=None) -> Reference:
 def tracked(small_recording, tmp_path_factory):
     """The recording, and a run of it read from a file."""
     recording = open_recording(small_recording)
-    settings = preset("fast").replaced(fit_shape=False)
+    settings = preset("fast").replaced(fit_shape=False, second_look=0, least_focal=0.0)
     return recording, track(recording, RunSpec(settings, preset="fast", init="tpose"))
 
 

@@ -98,3 +98,12 @@ def test_the_page_scrolls_where_the_wheel_passes_a_field(page):
         assert value_of(field) == before
         assert page.verticalScrollBar().value() != at
         assert QApplication.focusWidget() is page.spare
+
+
+def test_a_window_that_is_opened_later_is_guarded_as_well(page, shown):
+    field = NumberField(value=5.0)
+    shown(field, 100, 30)
+    field.activateWindow()
+    QTest.qWaitForWindowActive(field)
+    turn(field)
+    assert field.value() == 5.0

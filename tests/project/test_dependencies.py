@@ -1,6 +1,6 @@
 """What the code imports and what pyproject.toml declares are the same."""
 
-import ast
+import re
 import sys
 import tomllib
 from collections.abc import Mapping
@@ -18,31 +18,19 @@ OWN = {path.stem for path in (ROOT / "tools").iterdir()} | {
 }
 
 
+IMPORT = re.compile(
+    r"^\s*from (\w+)[\w.]* import\b|^\s*import (\w+)[\w.]*(?: as \w+)?$"
+    r"|\b(?:import_module|importorskip|extra_library)\(\s*\"(\w+)",
+    re.MULTILINE,
+)
+
+
 @cache
 def imported(*folders: str) -> frozenset[str]:
     """Top-level modules from outside that the code in these folders imports."""
-    modules: set[str] = set()
-    for path in (path for folder in folders for path in (ROOT / folder).rglob("*.py")):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.Import):
-                modules |= {alias.name.partition(".")[0] for alias in node.names}
-            elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
-                modules.add(node.module.partition(".")[0])
-            elif (name := imported_by_name(node)) is not None:
-                modules.add(name.partition(".")[0])
-    return frozenset(modules - sys.stdlib_module_names - OWN)
-
-
-def imported_by_name(node: ast.AST) -> str | None:
-    """The module of a call such as ``extra_library("optuna", ...)``."""
-    match node:
-        case ast.Call(
-            func=ast.Attribute(attr="import_module" | "importorskip")
-            | ast.Name(id="extra_library"),
-            args=[ast.Constant(value=str(name)), *_],
-        ):
-            return name
-    return None
+    paths = (path for folder in folders for path in (ROOT / folder).rglob("*.py"))
+    found = (one for path in paths for one in IMPORT.findall(path.read_text(encoding="utf-8")))
+    return frozenset({"".join(names) for names in found} - sys.stdlib_module_names - OWN)
 
 
 @cache

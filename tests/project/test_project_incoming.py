@@ -111,8 +111,8 @@ def test_each_decision_holds_for_all_and_is_undone_at_once(project):
     assert project.clicks.get(click(1, 1.0).key).origin == "merged"
     project.undo()
     assert places() == {0: 1.0, 1: 1.0, 3: 1.0}
-    project.apply(found.edit("theirs", with_new=False))
-    assert places() == {0: 1.0, 1: 5.0, 2: 5.0, 3: 1.0}
+    project.apply(found.edit("theirs"))
+    assert places() == {0: 1.0, 1: 5.0, 2: 5.0, 3: 1.0, 4: 7.0}
 
 
 def test_a_mean_is_as_doubtful_as_the_worse_of_both(project):

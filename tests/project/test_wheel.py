@@ -118,14 +118,14 @@ def test_a_wheel_from_the_sdist_is_the_same(installed, tmp_path):
 WHERE_THINGS_ARE = """
 import stereotrack_app, stereotrack_core
 from PySide6.QtWidgets import QApplication
-from stereotrack_app.widgets.style.theme import icon
+from stereotrack_app.widgets.style.theme import icon_named
 from stereotrack_app.widgets.style.theme import data_folder
 
 application = QApplication([])
 print(stereotrack_app.__file__, stereotrack_core.__file__, data_folder("resources"), sep="\\n")
 print(data_folder("docs"))
 names = [path.stem for path in (data_folder("resources") / "icons").glob("*.svg")]
-print(len(names), any(icon(name).isNull() for name in names))
+print(len(names), any(icon_named(name).isNull() for name in names))
 """
 
 

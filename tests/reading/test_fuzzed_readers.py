@@ -13,7 +13,7 @@ from tests.reading.catalogue import damaged
 from tests.reading.more_files import NEEDED, OF_HDF5, Reader
 
 # Damaged files for each reader in the fast tests, and in the slow ones.
-FEW, MANY = 20, int(os.environ.get("STEREOTRACK_FUZZ", "10000"))
+FEW, MANY = 12, int(os.environ.get("STEREOTRACK_FUZZ", "10000"))
 # The same for readers in a process of their own, whose start takes most of a second.
 FEW_APART, MANY_APART = 2, 20
 # A reader's time on the processor for one of these small files, and its memory for all of them, in

@@ -8,14 +8,13 @@ from stereotrack_core.recording.keypoint_names import LAYOUTS, layouts_of, unnam
 
 BY_SIDE = {
     "eye": (0.03, 0.09, 1.64), "ear": (0.07, 0.0, 1.62), "shoulder": (0.18, 0.0, 1.42),
-    "clavicle": (0.02, 0.0, 1.42), "hip": (0.1, 0.0, 0.93), "knee": (0.1, 0.02, 0.5),
-    "ankle": (0.1, 0.0, 0.08), "heel": (0.1, -0.05, 0.02), "foot": (0.1, 0.12, 0.02),
-    "big_toe": (0.08, 0.16, 0.02), "small_toe": (0.14, 0.13, 0.02), "foot_index": (0.1, 0.16, 0.0),
+    "hip": (0.1, 0.0, 0.93), "knee": (0.1, 0.02, 0.5), "ankle": (0.1, 0.0, 0.08),
+    "heel": (0.1, -0.05, 0.02), "big_toe": (0.08, 0.16, 0.02),
+    "small_toe": (0.14, 0.13, 0.02), "foot_index": (0.1, 0.16, 0.0),
 }  # fmt: skip
 IN_THE_MIDDLE = {
     "nose": (0.11, 1.6), "neck": (0.0, 1.43), "upper_neck": (0.02, 1.5), "head_top": (0.0, 1.78),
-    "head": (0.03, 1.62), "face": (0.08, 1.6), "mid_hip": (0.0, 0.95), "spine": (0.0, 1.18),
-    "chest": (0.0, 1.2),
+    "face": (0.08, 1.6), "mid_hip": (0.0, 0.95), "spine": (0.0, 1.18),
 }  # fmt: skip
 
 
@@ -26,8 +25,8 @@ def body(rng: np.random.Generator) -> dict[str, np.ndarray]:
         for name, place in BY_SIDE.items():
             found[f"{side}_{name}"] = np.array(place) * [sign, 1, 1]
         for start, end, length in (
-            ("shoulder", "elbow", 0.29), ("elbow", "wrist", 0.25), ("wrist", "hand", 0.08),
-            ("wrist", "index", 0.1), ("wrist", "thumb", 0.07), ("hand", "handtip", 0.08),
+            ("shoulder", "elbow", 0.29), ("elbow", "wrist", 0.25), ("wrist", "index", 0.1),
+            ("wrist", "thumb", 0.07),
         ):  # fmt: skip
             way = rng.normal(size=3) + (0, 1, -1)
             found[f"{side}_{end}"] = found[f"{side}_{start}"] + length * way / np.linalg.norm(way)

@@ -135,8 +135,9 @@ def test_the_last_view_is_late_and_strong_compression_makes_small_files(tmp_path
             np.testing.assert_array_equal(shown["O"].image, before["O"].image)
             np.testing.assert_array_equal(shown["N"].image, now["N"].image)
             assert (now["O"].image != before["O"].image).any()
-    small = made_recording(tmp_path / "small", "compress=40")
-    large = made_recording(tmp_path / "large", "compress=20")
+    sizes = {"views": "O", "frames": 2}
+    small = made_recording(tmp_path / "small", "compress=40", **sizes)
+    large = made_recording(tmp_path / "large", "compress=20", **sizes)
     assert 3 * (small / "O_left.mp4").stat().st_size < (large / "O_left.mp4").stat().st_size
 
 

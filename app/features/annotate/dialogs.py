@@ -151,8 +151,10 @@ class AnnotationDialogs:
 
     def ask_to_export(self, kind: Kind) -> None:
         """Let the person choose where something is written to, and in which format."""
-        proposed, title = Path(self._folder()) / f"{kind}.csv", f"Export {_EXPORTED[kind]}"
+        project, title = self._panels.project, f"Export {_EXPORTED[kind]}"
+        name = f"{project.path.stem}-{kind}.csv" if project is not None else f"{kind}.csv"
         use = partial(self._export, kind)
+        proposed = Path(self._folder()) / name
         ask_to_export(self._panels.window, title, proposed, formats_of(kind), use)
 
     def _export(self, kind: Kind, path: Path, form: ExportFormat) -> None:

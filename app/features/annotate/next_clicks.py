@@ -1,7 +1,7 @@
 """Where a click helps most, ranked beside the window's thread, and followed edit by edit."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -35,7 +35,6 @@ class _Order:
 
     fit: TrajectoryFit
     run: LandmarkTrajectory | None
-    wish: ranking_rules.Wish
     wanted_deg: float
     build: bool
     edited: frozenset[int]
@@ -67,7 +66,7 @@ class _Ranker:
             counts &= (order.fit.frame < gap.start) | (order.fit.frame >= gap.stop)
         sigma = ranking.gains.limb_sigma_deg()[counts]
         clicked = int(ranking.gains.clicked()[counts].any(axis=1).sum())
-        best = ranking.best(replace(order.wish, gaps=gaps))
+        best = ranking.best(ranking_rules.Wish(count=_MOST, gaps=gaps))
         return Ranking(best, ranking_rules.good_enough(sigma, order.wanted_deg, clicked))
 
 
@@ -83,7 +82,6 @@ class NextPresenter:
         self._cameras: Mapping[str, Camera] = {}
         self._fit: TrajectoryFit | None = None
         self._run: LandmarkTrajectory | None = None
-        self._wish = ranking_rules.Wish(count=_MOST)
         self.wanted_deg = WANTED_DEG
         self._worker: LatestOnly | None = None
         self._build, self._edited = False, frozenset[int]()
@@ -99,7 +97,6 @@ class NextPresenter:
             self._worker = None
         self._project, self._cameras = project, cameras
         self._fit = self._run = self._newest = None
-        self._wish = ranking_rules.Wish(count=_MOST)
         if project is not None:
             self.wanted_deg = float(project.view_settings.get(_WANTED, WANTED_DEG))
         self._tell(None)
@@ -115,10 +112,6 @@ class NextPresenter:
         if run is not self._run:
             self._run = run
             self._ask(build=True)
-
-    def set_frames(self, frames: range | None) -> None:
-        self._wish = ranking_rules.Wish(count=_MOST, frames=frames)
-        self._ask()
 
     def set_wanted(self, degrees: float) -> None:
         self.wanted_deg = degrees
@@ -141,7 +134,7 @@ class NextPresenter:
             self._worker = LatestOnly(self._tasks, *how, late=True)
         # what no answer has taken in yet; a frame that is taken in twice does no harm
         self._build, self._edited = self._build or build, self._edited | frames
-        order = _Order(self._fit, self._run, self._wish, self.wanted_deg, self._build, self._edited)
+        order = _Order(self._fit, self._run, self.wanted_deg, self._build, self._edited)
         self._newest = order
         self._worker.ask(order)
 

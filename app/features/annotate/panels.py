@@ -118,14 +118,13 @@ class AnnotationPanels:
     def _connect(self) -> None:
         self.timeline.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
         self.timeline.customContextMenuRequested.connect(self._on_menu)
-        self.timeline.selection_changed.connect(self._on_selection)
-        self.timeline.lanes_selected.connect(self._on_selection)
+        self.timeline.selection_changed.connect(self._show_selection)
+        self.timeline.lanes_selected.connect(self._show_selection)
         self.timeline.lane_clicked.connect(self.clicking.annotating.choose)
         self.bar.previous_button.clicked.connect(partial(self.go_to_flagged, True))
         self.bar.next_button.clicked.connect(partial(self.go_to_flagged, False))
         panel = self.next_panel
         panel.wanted.valueChanged.connect(self.next.set_wanted)
-        panel.limit.toggled.connect(self._limit)
         panel.fit_button.clicked.connect(self._on_fit_wanted)
         self.repeat_bar.button.clicked.connect(self.finish_repeat)
 
@@ -296,16 +295,8 @@ class AnnotationPanels:
             tuple(name for name in landmarks if name in lanes),
         )
 
-    def _on_selection(self) -> None:
-        self._show_selection()
-        if self.next_panel.limit.isChecked():
-            self._limit(limited=True)
-
     def _show_selection(self) -> None:
         self.bar.show_selection(self.selection().words() if self.project is not None else "")
-
-    def _limit(self, limited: bool) -> None:
-        self.next.set_frames(self.timeline.selection if limited else None)
 
     def read_kept(self) -> None:
         self._read_kept()

@@ -177,8 +177,9 @@ class CalibrationController:
 
         def in_process(own: Task) -> Any:
             return process(
-                todo, lambda word: own.report(word.share, word.words), own.token.cancelled
-            )
+                todo, lambda word: own.report(word.share, word.words), own.token.cancelled,
+                listens=step == "pictures",
+            )  # fmt: skip
 
         def fail(error: Exception) -> None:
             if isinstance(error, InputError):

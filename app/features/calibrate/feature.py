@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from PySide6.QtWidgets import QWidget
 
-from stereotrack_core.depth.volume import is_changed
 from stereotrack_core.doctor.correcting import Corrected, correct_elsewhere, intended
-from stereotrack_core.doctor.diagnose import changed_reach, diagnose_elsewhere
+from stereotrack_core.doctor.diagnose import diagnose_elsewhere
 from stereotrack_core.errors import Finding
 from stereotrack_core.worker_processes import ProcessTask, TaskProcess
 
@@ -29,7 +28,6 @@ from .state import why_not_into
 if TYPE_CHECKING:
     from .page import CalibrationPage
 
-_PAUSE_MS = 400  # after a change of parameters, before disparities are compared
 _SURE = (
     "It is tested first. The file is only changed if the problem is gone then, and the one before "
     "is kept beside it."
@@ -42,15 +40,11 @@ class RecordingChecks:
     def __init__(self, context: Context) -> None:
         self._context, self._document = context, context.session.document
         self._process = TaskProcess()
-        self._job, self._comparing = NewestJob(context.tasks), NewestJob(context.tasks)
+        self._job = NewestJob(context.tasks)
         self._asked: Message | None = None
         self._done: Message | None = None
-        self.reach: tuple[Finding, ...] = ()
-        """Findings about changed disparities that do not reach the person."""
-        self._pause = context.session.later(self._compare_disparities, _PAUSE_MS)
         watch = context.session.changes.watch
         watch(Part.FINDINGS, self._tell)
-        watch(RECORDING | Part.SETTINGS, self._pause.start)
         watch(Part.RECORDING_CLOSED, self._job.cancel)
         watch(Part.WINDOW_CLOSING, self._process.close)
 
@@ -123,21 +117,6 @@ class RecordingChecks:
             self._context.notifier.show(self._done)
             self._done = None
 
-    def _compare_disparities(self) -> None:
-        recording, depth = self._document.recording, self._context.session.track.settings.depth
-        self._comparing.give_up()
-        if recording is None or not is_changed(depth):
-            self._take_reach(())
-            return
-        compare = partial(changed_reach, recording, None, depth)
-        job = Job("comparing disparities", lambda _task: compare(), self._take_reach)
-        self._comparing.run(job)
-
-    def _take_reach(self, found: tuple[Finding, ...]) -> None:
-        if found != self.reach:
-            self.reach = found
-            self._context.session.changes.tell(Part.FINDINGS)
-
 
 _MENU = "&File/&Calibration"
 
@@ -205,7 +184,7 @@ class CalibrateController:
     def _show_findings(self) -> None:
         known = self._session.document.findings
         if known is not None:
-            known = (*known, *self._session.cameras.findings(), *self.checks.reach)
+            known = (*known, *self._session.cameras.findings())
         self.findings.show_findings(known)
         serious = sum(finding.severity != "note" for finding in known or ())
         self._dock.setWindowTitle(f"{_FINDINGS} ({serious})" if serious else _FINDINGS)

@@ -12,8 +12,6 @@ from PySide6.QtWidgets import (
     QGroupBox,
     QLabel,
     QRadioButton,
-    QTreeWidget,
-    QTreeWidgetItem,
     QWidget,
 )
 
@@ -33,7 +31,8 @@ from ...widgets.forms.form_dialog import (
 )
 from ...widgets.forms.numbers import NumberField, WholeNumberField
 from ...widgets.style.building import allow, choice, hbox, label, label_of, vbox
-from ...widgets.tables.table import PlainTable, dress_list
+from ...widgets.tables.table import STRETCH, Cell, Column, PlainTable
+from ...widgets.tables.trees import CellTree, TreeRow
 from .controller import CalibrationController
 from .state import AxesWay, Calibration, why_not_into
 
@@ -44,6 +43,11 @@ _COUNTS = {
     "charuco": ("Squares", "Squares along each side"),
 }  # fmt: skip
 
+_SOURCES = (
+    Column("Camera", "Double-click a name to change it", width=120),
+    Column("Pictures", width=STRETCH),
+)
+
 
 class BoardPage(QWidget):
     """Sources of the pictures above, the board below."""
@@ -51,22 +55,24 @@ class BoardPage(QWidget):
     def __init__(self, calibration: CalibrationController) -> None:
         super().__init__()
         self._calibration = calibration
-        self.sources = _source_list()
-        self.sources.itemChanged.connect(self._on_renamed)
-        self.sources.currentItemChanged.connect(self._on_current)
+        self.sources = CellTree(
+            "Pictures of each camera",
+            _SOURCES,
+            lambda camera, _ticked, name: calibration.rename(camera, name),
+            lambda camera: calibration.choose(camera, 0),
+        )
+        self.sources.setRootIsDecorated(False)
+        triggers = CellTree.EditTrigger
+        self.sources.setEditTriggers(triggers.DoubleClicked | triggers.EditKeyPressed)
+        self.sources.setMinimumHeight(80)
+        self.sources.setTextElideMode(Qt.TextElideMode.ElideMiddle)
         self.setLayout(vbox((self._pictures(), 1), self._board(), spacing=8))
 
     def show_state(self, state: Calibration) -> None:
-        with QSignalBlocker(self.sources):
-            known = [self.sources.topLevelItem(k) for k in range(self.sources.topLevelItemCount())]
-            shown = [(one.text(0), one.text(1)) for one in known if one is not None]
-            wanted = [(one.camera, one.place) for one in state.sources]
-            if shown != wanted:
-                self.sources.clear()
-                for camera, place in wanted:
-                    item = QTreeWidgetItem(self.sources, [camera, place])
-                    item.setFlags(item.flags() | Qt.ItemFlag.ItemIsEditable)
-                    item.setToolTip(1, place)
+        self.sources.show_rows([
+            TreeRow((Cell(one.camera, value=one.camera, editable=True), Cell(one.place, one.place)))
+            for one in state.sources
+        ])  # fmt: skip
         self.recording_button.setVisible(state.recording is not None)
         if state.recording is not None:
             self.recording_button.setText(f"Cameras of “{state.recording.name}”")
@@ -150,7 +156,6 @@ class BoardPage(QWidget):
     # ---- the board
 
     def _write(self, board: Board) -> None:
-        self._squares = board
         fields = (self.kind, self.columns, self.rows, self.square, self.dictionary, self.marker)
         blockers = [QSignalBlocker(one) for one in fields]
         kind = "charuco" if board.dictionary else "chessboard"
@@ -200,29 +205,6 @@ class BoardPage(QWidget):
         item = self.sources.currentItem() or self.sources.topLevelItem(0)
         if item is not None:
             self._calibration.remove(item.text(0))
-
-    def _on_renamed(self, item: QTreeWidgetItem, _column: int) -> None:
-        place = self.sources.indexOfTopLevelItem(item)
-        self._calibration.rename(self._calibration.state.sources[place].camera, item.text(0))
-
-    def _on_current(self, item: QTreeWidgetItem | None, _before: object) -> None:
-        if item is not None:
-            self._calibration.choose(item.text(0), 0)
-
-
-def _source_list() -> QTreeWidget:
-    tree = QTreeWidget()
-    tree.setColumnCount(2)
-    tree.setHeaderLabels(["Camera", "Pictures"])
-    dress_list(tree, "Pictures of each camera", (120, 0))
-    tree.setEditTriggers(
-        QTreeWidget.EditTrigger.DoubleClicked | QTreeWidget.EditTrigger.EditKeyPressed
-    )
-    tree.header().setStretchLastSection(True)
-    tree.setMinimumHeight(80)
-    tree.setTextElideMode(Qt.TextElideMode.ElideMiddle)
-    tree.headerItem().setToolTip(0, "Double-click a name to change it")
-    return tree
 
 
 def _millimetres(name: str, tip: str) -> NumberField:

@@ -1,6 +1,5 @@
 """What the panel shows of one step."""
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +14,6 @@ from stereotrack_core.tracking.trace import (
     REASONS,
     Correction,
     Pair,
-    Proposals,
     Rows,
     Search,
     StepTrace,
@@ -41,7 +39,6 @@ _NEGATIVE = (
 _REASONS = ("Hidden", "Inside", "Excess", "Too far", "On the cone")
 _UNITS = {"m": ("mm", 1e3), "rad": ("°", float(np.degrees(1.0))), "px": ("px", 1.0)}
 
-_SHOWN = 6
 _COSTS = {
     "data": ("Data", "Measured points that neither torso nor arms explain"),
     "anatomy": ("Anat.", "Elbows bent too far, arms inside the torso, implausible arm positions"),
@@ -279,8 +276,7 @@ def _search(trace: StepTrace, step: Step) -> StepContent:
     search = trace.search
     if search is None:
         return _content(step, trace)
-    tables = (_arms_table(search), *(_proposals_table(one) for one in search.proposals))
-    return _content(step, trace, _search_words(search), tables=tables)
+    return _content(step, trace, _search_words(search), tables=(_arms_table(search),))
 
 
 def _search_words(search: Search) -> str:
@@ -298,60 +294,21 @@ def _arms_table(search: Search) -> Table:
     """Pairs of arm poses that were refined, with the terms of their cost."""
     pairs: list[tuple[str, Pair]] = [("followed", search.followed)]
     pairs += [(f"pair {i}", pair) for i, pair in enumerate(search.pairs, start=1)]
-    rows = [
-        (f"{name}, chosen" if pair.chosen else name, pair.cost, pair.terms) for name, pair in pairs
-    ]
+    names = list(search.followed.terms)
+    known = [_COSTS.get(name, (name, "")) for name in names]
+    headings = ("Arms", "Total", *(word for word, _ in known))
+    tips = ("", "Sum of all terms", *(tip for _, tip in known))
+    rows = tuple(
+        (
+            f"{name}, chosen" if pair.chosen else name,
+            f"{pair.cost:.1f}",
+            *(f"{pair.terms[each]:.1f}" for each in names),
+        )
+        for name, pair in pairs
+    )
     title = f"Cost of pairs of arms. A new pair must cost {search.gain:g} less."
     strong = tuple(i for i, (_, pair) in enumerate(pairs) if pair.chosen)
-    return _costs_table(title, "Arms", rows, strong=strong)
-
-
-def _proposals_table(proposals: Proposals) -> Table:
-    side = "left" if proposals.side == 0 else "right"
-    order = np.argsort(proposals.cost, kind="stable")[:_SHOWN].tolist()
-    rows = [
-        (
-            f"{_direction(proposals.upper[k])}, then {_direction(proposals.fore[k])}",
-            proposals.cost[k],
-            {name: values[k] for name, values in proposals.terms.items()},
-        )
-        for k in order
-    ]
-    title = (
-        f"Best candidates for the {side} arm, of {len(proposals.cost)}; pairs were formed from "
-        f"{np.count_nonzero(proposals.kept)}"
-    )
-    return _costs_table(title, "Upper arm, forearm", rows, (f"{side}_upper_arm",) * len(rows))
-
-
-def _costs_table(
-    title: str,
-    heading: str,
-    rows: Sequence[tuple[str, float, Mapping[str, float]]],
-    limbs: tuple[str, ...] = (),
-    strong: tuple[int, ...] = (),
-) -> Table:
-    names = list(rows[0][2]) if rows else []
-    known = [_COSTS.get(name, (name, "")) for name in names]
-    headings = (heading, "Total", *(word for word, _ in known))
-    tips = ("", "Sum of all terms", *(tip for _, tip in known))
-    cells = tuple(
-        (name, f"{cost:.1f}", *(f"{terms[each]:.1f}" for each in names))
-        for name, cost, terms in rows
-    )
-    return Table(title, headings, cells, limbs, strong, tips)
-
-
-def _direction(along: FloatArray) -> str:
-    """Where a limb points as the person sees it: ``forward down``."""
-    x, y, z = along.tolist()
-    names = [
-        ("forward" if y > 0 else "backward", abs(y)),
-        ("up" if z > 0 else "down", abs(z)),
-        ("right" if x > 0 else "left", abs(x)),
-    ]
-    strong = [name for name, share in sorted(names, key=lambda each: -each[1]) if share > 0.4]
-    return " ".join(strong)
+    return Table(title, headings, rows, strong=strong, tips=tips)
 
 
 def _result(trace: StepTrace, step: Step, compared: str) -> StepContent:

@@ -29,7 +29,7 @@ from ...session.inspection import Step, name_of
 from ...session.session import Session, Snapshot
 from ...session.view_state import InsideScene, Marked, StepDrawing
 from ...widgets.forms.message import StateBar
-from ...widgets.plots.inside_panel import InsidePanel, StepName
+from ...widgets.plots.inside_panel import InsidePanel
 from ...widgets.style.colours import LIMB_COLOURS, SHADES, shade_colours, shade_of
 from .contents import content_of
 
@@ -99,8 +99,7 @@ class InspectController:
                 self._drawn = known, step
                 drawing = drawing_of(known.done.trace, step, known.done.cloud)
                 self._context.view_state.draw(drawing)
-            names = tuple(StepName(one.title, one.heading) for one in known.steps)
-            panel.show_steps(names, self._state.index)
+            panel.show_steps(known.steps, self._state.index)
             content = content_of(known.done.trace, step, known.compared)
             panel.show_content(content, known.done.words, busy=self._state.busy)
         self.bar.show_words(self._words(now))

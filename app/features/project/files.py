@@ -122,10 +122,11 @@ class FileController:
         self._session.runs.add(entry)
 
     def ask_where_to_save(self) -> None:
-        active = self._session.runs.active
-        if active is None:
+        active, recording = self._session.runs.active, self._session.document.recording
+        if active is None or recording is None:
             return
-        parent, name = self._context.docks.dialog_parent, active.path or Path("run.npz")
+        parent = self._context.docks.dialog_parent
+        name = active.path or Path(f"{recording.folder.name}-run.npz")
         first, *others = sorted(formats_of("run"), key=lambda form: form.name != "npz")
         ask_to_export(parent, "Save run", name, [first, *others], partial(self.export, active))
 

@@ -18,7 +18,6 @@ from stereotrack_core.evaluation.failure_segments.drawing import Paper, evidence
 from stereotrack_core.evaluation.failure_segments.find import FailureSearch
 from stereotrack_core.evaluation.failure_segments.segment import (
     CAUSE_WORDS,
-    FOUND_WORDS,
     FailureSegment,
     has_signs,
     limbs_words,
@@ -287,9 +286,6 @@ class FailureController:
             lambda place: state.jump(state.listed[place]),
             state.filter,
         )
-        causes = {str(cause): words for cause, words in CAUSE_WORDS.items()}
-        found = {str(how): words for how, words in FOUND_WORDS.items()}
-        self.panel.set_choices(MEASURED_LIMBS, causes, found)
         context.docks.add("failures", "Failures", self.panel)
         self._lanes: tuple[FailureSegment, ...] = ()
         self._pictured: _Wanted | None = None

@@ -9,15 +9,7 @@ from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QItemSelection, QItemSelectionModel, Qt
-from PySide6.QtWidgets import (
-    QAbstractItemView,
-    QDialog,
-    QFileDialog,
-    QHBoxLayout,
-    QLineEdit,
-    QTabWidget,
-    QWidget,
-)
+from PySide6.QtWidgets import QDialog, QHBoxLayout, QLineEdit, QTabWidget, QWidget
 
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
@@ -28,7 +20,14 @@ from stereotrack_core.study.status import COLUMNS, RowStatus
 from ...context import Context
 from ...services.actions import Menu
 from ...session.changes import Part
-from ...widgets.forms.form_dialog import ask_to_open, ask_to_save, line_edit, push_button, say_in
+from ...widgets.forms.form_dialog import (
+    ask_for_folder,
+    ask_to_open,
+    ask_to_save,
+    line_edit,
+    push_button,
+    say_in,
+)
 from ...widgets.style.building import allow, hbox, label, scrolled, thin_progress, vbox
 from ...widgets.tables.table import LEFT, RIGHT, STRETCH, Cell, CellTable, Column
 from .pages import ResultsPanel, SettingsForm, apply_to_panel, study_of_open
@@ -207,7 +206,7 @@ class StudyWindow(QDialog):
         allow(self.stop_button, idle, "Stop; what is finished is kept")
         allow(self.track_button, why_not, f"{_HINT}: track them with the settings")
         allow(self.refresh_button, why_not, "Read the study and its recordings again")
-        allow(self.add_button, why_not, "Add the recordings in and below folders")
+        allow(self.add_button, why_not, "Add the recordings in and below a folder")
         self.form.setEnabled(not what)
 
     def _cells(self, row: RowStatus) -> list[Cell]:
@@ -280,17 +279,8 @@ class StudyWindow(QDialog):
         self._state.remove(self._names(self.selected()))
 
     def _ask_for_folders(self) -> None:
-        """Let the person choose several folders at once, which no dialog of the system offers."""
-        dialog = QFileDialog(self, "Add folders with recordings", str(self.study.folder))
-        dialog.setFileMode(QFileDialog.FileMode.Directory)
-        dialog.setOption(QFileDialog.Option.DontUseNativeDialog)
-        for view in dialog.findChildren(QAbstractItemView):
-            if view.objectName() in ("listView", "treeView"):
-                view.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
-        dialog.filesSelected.connect(
-            lambda chosen: self._state.add(tuple(map(Path, chosen)), self.select)
-        )
-        dialog.open()
+        title, add = "Add the recordings in and below a folder", self._state.add
+        ask_for_folder(self, title, self.study.folder, lambda path: add((path,), self.select))
 
     # ---- what is selected
 

@@ -9,7 +9,7 @@ from weakref import ref
 import numpy as np
 
 from stereotrack_core.body.limbs import LIMBS
-from stereotrack_core.counting import counted, spread_words
+from stereotrack_core.counting import counted, in_words, spread_words
 from stereotrack_core.pose_model.installation import is_installed
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.runs import RunFacts
@@ -114,7 +114,7 @@ class RunsController:
             name=entry.name, style=now.styles[entry], visible=entry.visible,
             active=entry is now.active, frames=_frames(now, entry, facts),
             score=score_words(judgement, short=True), hint=self._hint(entry),
-            time=_duration(seconds),
+            time=in_words(seconds) if seconds else "",
             seed="" if facts is None or facts.seed is None else str(facts.seed),
             when=_when(facts.made) if facts is not None else "", made=_made(now, entry, facts),
         )  # fmt: skip
@@ -193,15 +193,6 @@ def _made(now: Snapshot, entry: RunEntry, facts: RunFacts | None) -> str:
     helps = now.settings.uses_detector and not facts.detector
     hint = f"\n{_DETECTOR_HELPS}" if helps and not is_installed() else ""
     return f"{'; '.join(words)}.{hint}"
-
-
-def _duration(seconds: float | None) -> str:
-    if not seconds:
-        return ""
-    if seconds < 60:
-        return f"{seconds:.1f} s"
-    minutes, rest = divmod(round(seconds), 60)
-    return f"{minutes}:{rest:02d} min"
 
 
 def _when(made: str) -> str:

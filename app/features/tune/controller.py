@@ -44,7 +44,7 @@ from ...widgets.tables.table import Cell, CellRow
 _WITHOUT_DEPTH = (
     "No view of this recording provides depth. Parameters that act on points of a cloud are hidden."
 )
-_TOUCHED, _LIVE = "tune/parameter", "tune/live"
+_LIVE = "tune/live"
 
 
 _FILES = "Preset (*.toml)"
@@ -167,10 +167,9 @@ class TuneController:
         context.docks.add("trials", "Trials", self.panel)
         self.trials.live = bool(context.settings.value(_LIVE, True, type=bool))
         self.presets = PresetWork(context, parameters)
-        parameters.last_touched = str(context.settings.value(_TOUCHED, ""))
         self._compared = "preset"
         self._drawn: object = None
-        parameters.settings_changed.connect(self._on_changed)
+        parameters.settings_changed.connect(self._session.track.use)
         parameters.preset_box.textActivated.connect(self.presets.use)
         parameters.against_box.activated.connect(self._on_compared)
         context.docks.dock("parameters").visibilityChanged.connect(parameters.set_seen)
@@ -235,10 +234,6 @@ class TuneController:
             panel.set_acting(acts_without_depth, _WITHOUT_DEPTH)
 
     # ---- what a person does
-
-    def _on_changed(self, settings: Settings) -> None:
-        self._context.settings.setValue(_TOUCHED, self.parameters.last_touched)
-        self._session.track.use(settings)
 
     def _on_compared(self) -> None:
         word = self._compared = self.parameters.against_box.currentData()

@@ -18,7 +18,6 @@ from ...session.changes import RECORDING, Part
 from ...session.jobs import Job, NewestJob, Task
 from ...session.messages import stored_texts
 from ...session.view_state import CLICK_OVERLAYS, PICTURE_KINDS
-from ...widgets.camera.camera_grid import DisplayPanel
 from ...widgets.camera.overlays import OVERLAYS
 from ...widgets.scene.content import Ellipsoid, frustum_corners, frustum_depth
 from ...widgets.style.theme import current_theme
@@ -32,14 +31,11 @@ _NOBODY_KNOWN = (
 
 
 class ViewController:
-    """Brings views, scene, timeline and light panel together with the facts."""
+    """Brings views, scene and timeline together with the facts."""
 
     def __init__(self, context: Context) -> None:
         self._context, self._session = context, context.session
         self._state, self._docks = context.view_state, context.docks
-        state = self._state
-        self.light = DisplayPanel(lambda b, c: state.set_light(b, c, self.light.view))
-        context.docks.add("display", "Brightness and contrast", self.light)
         self._rig_held = False
         self._connect()
         self._switch_on_as_stored()
@@ -52,12 +48,11 @@ class ViewController:
         watch(Part.FRAME, lambda: docks.timeline.set_frame(session.document.frame))
         watch(Part.FRAME, lambda: docks.transport.set_frame(session.document.frame))
         watch(Part.LENGTH, self._on_length)
-        watch(Part.DISPLAY | Part.LIGHT, self._on_display)
+        watch(Part.DISPLAY, self._on_display)
         watch(Part.SCENE, self._show_scene_soon)
         watch(Part.SELECTION, self._on_selection)
         watch(Part.PICTURES, self._on_wanted)
         watch(Part.ACTIVE_VIEW, lambda: docks.views.set_active(state.active_view))
-        watch(Part.ACTIVE_VIEW, self._show_light)
         watch(Part.WORKSPACE, self._on_workspace)
         docks.views.activated.connect(state.activate)
         docks.timeline.frame_requested.connect(session.document.visit)
@@ -71,7 +66,6 @@ class ViewController:
         recording = self._session.document.recording
         aspects = _aspects(recording) if recording is not None else {}
         self._docks.views.set_views(tuple(self._state.views.values()), aspects)
-        self._show_light()
         self._docks.scene.begin_anew()
         self._rig_held = False
         self._on_length()
@@ -104,9 +98,8 @@ class ViewController:
         self._context.actions.refresh_soon()
 
     def _on_display(self) -> None:
-        self._docks.views.set_display(self._state.displayed, self._state.lights)
+        self._docks.views.set_display(self._state.displayed)
         self._docks.scene.set_highlighted(self._state.display.highlighted)
-        self._show_light()
 
     def _on_workspace(self) -> None:
         if self._docks.workspace:
@@ -168,10 +161,6 @@ class ViewController:
         scene.set_layer_visible(layer, not scene.layer_visible(layer))
         self._session.instant.tell_soon()
 
-    def _show_light(self) -> None:
-        view = self._state.active_view
-        self.light.show_light(view, *self._state.light(view))
-
     # ---- what commands do
 
     def _switch_on_as_stored(self) -> None:
@@ -219,9 +208,7 @@ def _aspects(recording: Recording) -> dict[str, float]:
 
 
 _SETTING = "window"
-_ALL = ""
 _QUIET_MS = 1000
-_LIGHT = (-0.8, 0.25), (0.8, 4.0)  # least and greatest brightness and contrast
 
 
 class ViewMemory:
@@ -236,7 +223,7 @@ class ViewMemory:
         watch = context.session.changes.watch
         watch(Part.PROJECT_OPENED, self._on_opened)
         watch(Part.PROJECT_CLOSING, self._on_closing)
-        watch(Part.FRAME | Part.WORKSPACE | Part.PICTURES | Part.LIGHT, self._note)
+        watch(Part.FRAME | Part.WORKSPACE | Part.PICTURES | Part.DISPLAY, self._note)
 
     def _on_opened(self) -> None:
         project = self._session.project.project
@@ -262,10 +249,7 @@ class ViewMemory:
             "frame": document.frame,
             "workspace": docks.workspace,
             "pictures": dict(state.kinds),
-            "light": {
-                _ALL: [state.display.brightness, state.display.contrast],
-                **{name: list(light) for name, light in state.lights.items()},
-            },
+            "light": {"": [state.display.brightness, state.display.contrast]},
         }
         self._timer.start()
 
@@ -292,10 +276,7 @@ class ViewMemory:
         for name, kind in kept["pictures"].items():
             if kind in PICTURE_KINDS:
                 state.choose_kind(kind, name)
-        for name in (_ALL, *state.views):  # that of all first: it takes away the views' own
-            if name in kept["light"]:
-                brightness, contrast = np.clip(kept["light"][name], *_LIGHT).tolist()
-                state.set_light(brightness, contrast, name)
+        state.set_light(*map(float, kept["light"][""]))
 
 
 _OPEN_ZOOMED = "open_zoomed"

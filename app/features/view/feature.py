@@ -15,7 +15,6 @@ from ...session.view_state import (
     PointColour,
     ViewState,
 )
-from ...widgets.camera.camera_grid import DisplayPanel
 from ...widgets.camera.overlays import LEADING, OVERLAYS
 from ...widgets.scene.scene_view import SceneBar, SceneView
 from .controller import FirstZoom, ViewController, ViewMemory
@@ -142,8 +141,8 @@ def _zoom(
                 "you zoom by hand. Choose this again to show whole images.",
                 view.toggle_keep_person, "Z", "fit", checked=lambda: state.display.keep_person),
         Command("open_zoomed", _MENU, "Open zoomed to the person", "Open recordings with every "
-                "view zoomed to where the person moves. Press 0 for whole images; drag with the "
-                "right button to zoom to a rectangle.", first_zoom.toggle,
+                "view zoomed to where the person moves. Press 0 for whole images.",
+                first_zoom.toggle,
                 checked=first_zoom.chosen),
         command("loupe", "Loupe", "Magnify the image under the cursor.",
                 lambda: state.change_display(loupe=not state.display.loupe), "L", "loupe",
@@ -151,20 +150,20 @@ def _zoom(
     ]  # fmt: skip
 
 
-def _light(session: Session, light: DisplayPanel) -> list[Command]:
+def _light(session: Session, state: ViewState) -> list[Command]:
     command = Menu(f"{_MENU}/Brightness and contrast", session.no_recording).command
     changes = [
         command(name, text, f"{text}. This affects the display only.",
-                partial(light.change, **change), keys)
+                partial(state.change_light, **change), keys)
         for name, text, keys, change in (
-            ("brighter", "Increase brightness", "Ctrl+Up", {"brightness": 5}),
-            ("darker", "Decrease brightness", "Ctrl+Down", {"brightness": -5}),
-            ("more_contrast", "Increase contrast", "Ctrl+Right", {"contrast": 10}),
-            ("less_contrast", "Decrease contrast", "Ctrl+Left", {"contrast": -10}),
+            ("brighter", "Increase brightness", "Ctrl+Up", {"brightness": 0.05}),
+            ("darker", "Decrease brightness", "Ctrl+Down", {"brightness": -0.05}),
+            ("more_contrast", "Increase contrast", "Ctrl+Right", {"contrast": 1.15}),
+            ("less_contrast", "Decrease contrast", "Ctrl+Left", {"contrast": 1 / 1.15}),
         )
     ]  # fmt: skip
     reset = command("light_reset", "Reset brightness and contrast", "Show the images as recorded.",
-                    light.reset, icon="brightness")  # fmt: skip
+                    partial(state.set_light, 0.0, 1.0), icon="brightness")  # fmt: skip
     return [*changes, reset]
 
 
@@ -237,7 +236,7 @@ def register(context: Context) -> ViewController:
         *_overlays(session, state, view),
         *_arrangements(session, state, view),
         *_zoom(session, state, view, FirstZoom(context)),
-        *_light(session, view.light),
+        *_light(session, state),
         *_scene(session, state, docks.scene, view),
         *_playback(session, docks.transport),
     ])  # fmt: skip

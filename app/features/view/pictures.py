@@ -176,7 +176,6 @@ def _overlay(
             (ghost.style, ghost_paths(ghost.meshes, project))
             for ghost in (instant.ghosts if "others" in shown else ())
         ),
-        runs=instant.runs if "others" in shown else (),
         points=points,
         correspondences=pairs,
         limbs=limbs,

@@ -60,8 +60,7 @@ def scene_of(
         cloud_points=points, cloud_colours=colours, point_legend=legend, meshes=tuple(meshes),
         reference=instant.reference, reference_is_old=instant.reference_is_old, cameras=cameras,
         camera_images=_small_images(instant), highlighted=highlighted, ellipsoids=tuple(ellipsoids),
-        inside=instant.inside, run=instant.runs[0][0] if instant.runs else "",
-        ghosts=instant.ghosts,
+        inside=instant.inside, ghosts=instant.ghosts,
     )  # fmt: skip
 
 

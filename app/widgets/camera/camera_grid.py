@@ -1,24 +1,14 @@
-"""All views beside each other, always at the same instant, and how bright they are."""
+"""All views beside each other, always at the same instant."""
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Callable, Mapping, Sequence
-from math import log
 from typing import TypeAlias
 
-from PySide6.QtCore import QRectF, QSignalBlocker, Qt
+from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QResizeEvent
-from PySide6.QtWidgets import (
-    QCheckBox,
-    QFormLayout,
-    QFrame,
-    QGridLayout,
-    QPushButton,
-    QSlider,
-    QWidget,
-)
+from PySide6.QtWidgets import QFrame, QGridLayout
 
 from stereotrack_core.recording.description import View
 
@@ -63,9 +53,8 @@ class CameraTile(QFrame):
 class CameraGrid(ViewActs):
     """The views of a recording, in rows and columns that give their pictures the most room.
 
-    `choose_kind` is called with a kind of picture that shall be shown and the name of the view,
-    `choose_limb` with a limb that was clicked, empty beside the model, and `tap_space` when the
-    space bar was pressed, but not to move the picture.
+    `choose_kind` is called with a kind of picture that shall be shown and the name of the view, and
+    `choose_limb` with a limb that was clicked, empty beside the model.
     """
 
     def __init__(
@@ -73,9 +62,8 @@ class CameraGrid(ViewActs):
         redraw: RedrawQueue,
         choose_kind: Callable[[PictureKind, str], object],
         choose_limb: Callable[[str], object],
-        tap_space: Callable[[], object],
     ) -> None:
-        super().__init__(redraw, choose_limb, tap_space)
+        super().__init__(redraw, choose_limb)
         self.choose_kind = choose_kind
         self.tiles: dict[str, CameraTile] = {}
         self.active = ""
@@ -85,7 +73,6 @@ class CameraGrid(ViewActs):
         self._arrangement: Arrangement = "grid"
         self._places: _Places = {}
         self._display = Display()
-        self._lights: Mapping[str, tuple[float, float]] = {}
         self._layout = QGridLayout(self)
         self._layout.setContentsMargins(0, 0, 0, 0)
         self._layout.setSpacing(3)
@@ -107,7 +94,7 @@ class CameraGrid(ViewActs):
         self.tiles, self._whole, self._aspects, self._places = {}, aspects, aspects, {}
         for view in views:
             tile = CameraTile(view, self)
-            tile.camera.set_display(self._display_of(view.name))
+            tile.camera.set_display(self._display)
             self.tiles[view.name] = tile
         self.active = self._at_hand = ""
         if views:
@@ -135,9 +122,8 @@ class CameraGrid(ViewActs):
         return tuple(self.tiles)
 
     def show_pictures(self, pictures: Sequence[Picture]) -> None:
-        for place, picture in enumerate(pictures):
+        for picture in pictures:
             if tile := self.tiles.get(picture.view):
-                tile.camera.legend = place == 0  # once is enough
                 tile.show_picture(picture)
 
     def show_kinds(self, kinds: Mapping[str, PictureKind]) -> None:
@@ -145,18 +131,10 @@ class CameraGrid(ViewActs):
             box = self.tiles[name].kind
             box.setCurrentIndex(box.findData(kind))
 
-    def set_display(
-        self, display: Display, lights: Mapping[str, tuple[float, float]] | None = None
-    ) -> None:
-        """Change how pictures are displayed; `lights` are brightness and contrast of some views."""
-        self._display, self._lights = display, lights or {}
-        for name, tile in self.tiles.items():
-            tile.camera.set_display(self._display_of(name))
-
-    def _display_of(self, view: str) -> Display:
-        own = (self._display.brightness, self._display.contrast)
-        brightness, contrast = self._lights.get(view, own)
-        return dataclasses.replace(self._display, brightness=brightness, contrast=contrast)
+    def set_display(self, display: Display) -> None:
+        self._display = display
+        for tile in self.tiles.values():
+            tile.camera.set_display(display)
 
     def set_marks(self, marks: Mapping[str, ClickMarks]) -> None:
         """Draw clicks by the name of the camera whose image they are of."""
@@ -241,62 +219,3 @@ def _covered(places: _Places, aspects: Mapping[str, float], width: float, height
         down = max(height * high / rows - _HEAD, 1.0)
         covered += min(across, down * aspects[name]) * min(down, across / aspects[name])
     return covered
-
-
-class DisplayPanel(QWidget):
-    """Two sliders and a way back, for all views or for the active one.
-
-    `change_light` is called with brightness (-1 to 1) and contrast (factor).
-    """
-
-    def __init__(self, change_light: Callable[[float, float], object]) -> None:
-        super().__init__()
-        self._change_light = change_light
-        self.brightness = _slider(-80, 80, "Brightness")
-        self.contrast = _slider(-100, 100, "Contrast")
-        self.reset_button = QPushButton("Reset brightness and contrast")
-        self.only_this = QCheckBox("Active view only")
-        self._active = ""
-        form = QFormLayout(self)
-        form.addRow(self.only_this)
-        form.addRow("Brightness", self.brightness)
-        form.addRow("Contrast", self.contrast)
-        form.addRow(label("Affects the display only; measurements do not change.", "muted"))
-        form.addRow(self.reset_button)
-        for slider in (self.brightness, self.contrast):
-            slider.valueChanged.connect(self._tell)
-        self.reset_button.clicked.connect(self.reset)
-
-    @property
-    def view(self) -> str:
-        """The view that the sliders are for; empty: all of them."""
-        return self._active if self.only_this.isChecked() else ""
-
-    def show_light(self, view: str, brightness: float, contrast: float) -> None:
-        self._active = view
-        self.only_this.setText(f"Only view {view}" if view else "Active view only")
-        with QSignalBlocker(self.brightness), QSignalBlocker(self.contrast):
-            self.brightness.setValue(round(100.0 * brightness))
-            self.contrast.setValue(round(100.0 * log(contrast, 4.0)))
-
-    def change(self, brightness: int = 0, contrast: int = 0) -> None:
-        self.brightness.setValue(self.brightness.value() + brightness)
-        self.contrast.setValue(self.contrast.value() + contrast)
-
-    def reset(self) -> None:
-        with QSignalBlocker(self.brightness), QSignalBlocker(self.contrast):
-            self.brightness.setValue(0)
-            self.contrast.setValue(0)
-        self._tell()
-
-    def _tell(self) -> None:
-        brightness, contrast = self.brightness.value() / 100.0, self.contrast.value() / 100.0
-        self._change_light(brightness, 4.0**contrast)
-
-
-def _slider(low: int, high: int, name: str) -> QSlider:
-    slider = QSlider(Qt.Orientation.Horizontal)
-    slider.setRange(low, high)
-    slider.setAccessibleName(name)
-    slider.setMinimumWidth(120)
-    return slider

@@ -10,7 +10,6 @@ from PySide6.QtGui import (
     QColor,
     QEnterEvent,
     QFocusEvent,
-    QKeyEvent,
     QMouseEvent,
     QPainter,
     QPaintEvent,
@@ -18,10 +17,9 @@ from PySide6.QtGui import (
     QTransform,
     QWheelEvent,
 )
-from PySide6.QtWidgets import QRubberBand, QWidget
+from PySide6.QtWidgets import QWidget
 
-from ..redraw import RedrawQueue, takes_key
-from ..style.colours import paint_runs_legend
+from ..redraw import RedrawQueue
 from ..style.theme import current_theme
 from .click_marks import ClickAct, ClickMarks, Offer
 from .click_painting import paint_marks, paint_notes
@@ -29,7 +27,7 @@ from .cursor import ClickHand, CursorLabel, loupe, loupe_size
 from .overlays import paint_overlay
 from .picture import Picture, PictureView, alike
 
-_CLICK_PIXELS, _BAND_PIXELS = 4, 12
+_CLICK_PIXELS = 4
 _COMPUTED = (
     "Clicks are placed in camera images, and this image is computed. Show the reference image "
     "(Shift+F2) or the left image (F2)."
@@ -53,14 +51,9 @@ class ViewActs(QWidget):
     clicked = Signal(object)  # action that a click in a view means, if `set_clicking` allows clicks
     refused = Signal(str)  # why a click was not taken
 
-    def __init__(
-        self,
-        redraw: RedrawQueue,
-        choose_limb: Callable[[str], object],
-        tap_space: Callable[[], object],
-    ) -> None:
+    def __init__(self, redraw: RedrawQueue, choose_limb: Callable[[str], object]) -> None:
         super().__init__()
-        self.redraw, self.choose_limb, self.tap_space = redraw, choose_limb, tap_space
+        self.redraw, self.choose_limb = redraw, choose_limb
         self.clicking, self.why_no_clicks = False, ""
         self._at_hand = ""
 
@@ -79,14 +72,11 @@ class CameraView(PictureView):
         self._name, self._acts = name, acts
         self._cursor: QPointF | None = None
         self._drag: tuple[QPointF, QPointF] | None = None
-        self._band = QRubberBand(QRubberBand.Shape.Rectangle, self)
         self._dragged = False
         self._marks: ClickMarks | None = None
         self._hand = ClickHand(self)
         self.label = CursorLabel(self)
-        self._space: bool | None = None
         self.painted_frame = -1
-        self.legend = True
         self.setMouseTracking(True)
         self._by_keys = False
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
@@ -149,8 +139,6 @@ class CameraView(PictureView):
                 painter, self.marks, self._display.overlays, area,
                 reference_is_old=bool(overlay and overlay.reference_is_old),
             )  # fmt: skip
-            if self.picture is not None and self.legend:
-                paint_runs_legend(painter, self.picture.overlay.runs, area)
         if self._by_keys:
             painter.setPen(QPen(QColor(theme.accent), 4.0))
             painter.drawRect(self.rect())
@@ -188,7 +176,7 @@ class CameraView(PictureView):
         self._acts.point_at(self._name)
         self._acts.activated.emit(self._name)
         left, marks = event.button() == Qt.MouseButton.LeftButton, self.marks
-        if left and self._acts.clicking and self._space is None:
+        if left and self._acts.clicking:
             why_not = self.why_no_clicks()
             if why_not or marks is None:
                 self._acts.refused.emit(why_not or "Loading image …")
@@ -207,8 +195,10 @@ class CameraView(PictureView):
             start, last = self._drag
             if (event.position() - start).manhattanLength() > _CLICK_PIXELS or self._dragged:
                 self._dragged = self._by_hand = True
-                self._space = None if self._space is None else True
-                self._drag_on(start, last, event)
+                self._at_home = False
+                self._pan(event.position() - last)
+                if self.zoom > 1.0:
+                    self.setCursor(Qt.CursorShape.ClosedHandCursor)
             self._drag = (start, event.position())
         if self._hand.busy:
             self._hand.move(event.position())
@@ -219,17 +209,6 @@ class CameraView(PictureView):
         self._tell_hover()
         if self._display.loupe:
             self.update()
-
-    def _drag_on(self, start: QPointF, last: QPointF, event: QMouseEvent) -> None:
-        """Move the picture, or with the right button span what shall be enlarged."""
-        if event.buttons() & Qt.MouseButton.RightButton:
-            self._band.setGeometry(QRectF(start, event.position()).normalized().toRect())
-            self._band.show()
-            return
-        self._at_home = False
-        self._pan(event.position() - last)
-        if self.zoom > 1.0:
-            self.setCursor(Qt.CursorShape.ClosedHandCursor)
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         if self._hand.busy and event.button() == Qt.MouseButton.LeftButton:
@@ -242,12 +221,6 @@ class CameraView(PictureView):
                     self._acts.refused.emit(f"{marks.offer.words.capitalize()}.")
             self._hand.let_go()
             self.update()
-        elif self._band.isVisible():
-            self._band.hide()
-            band = QRectF(self._band.geometry())
-            if max(band.width(), band.height()) >= _BAND_PIXELS:
-                self.zoom_to(self._to_widget().inverted()[0].mapRect(band))
-                self._by_hand, self._at_home = True, False
         elif self._drag is not None and not self._dragged:
             self._click_without_hand(event)
         self._drag = None
@@ -268,25 +241,6 @@ class CameraView(PictureView):
             return  # the first of both has placed something; a second click would move it
         self.fit()
 
-    def event(self, event: QEvent) -> bool:
-        return takes_key(event, self._is_space) or super().event(event)
-
-    def keyPressEvent(self, event: QKeyEvent) -> None:
-        if not self._is_space(event):
-            super().keyPressEvent(event)
-        elif not event.isAutoRepeat():
-            self._space = False
-            self._show_cursor()
-
-    def keyReleaseEvent(self, event: QKeyEvent) -> None:
-        if event.key() != Qt.Key.Key_Space or self._space is None:
-            super().keyReleaseEvent(event)
-        elif not event.isAutoRepeat():
-            used, self._space = self._space, None
-            self._show_cursor()
-            if not used:
-                self._acts.tap_space()
-
     def focusInEvent(self, event: QFocusEvent) -> None:
         self._by_keys = event.reason() in _BY_KEYS
         if self._by_keys:
@@ -294,21 +248,14 @@ class CameraView(PictureView):
         super().focusInEvent(event)
 
     def focusOutEvent(self, event: QFocusEvent) -> None:
-        self._space, self._by_keys = None, False
-        self._show_cursor()
+        self._by_keys = False
         super().focusOutEvent(event)
-
-    def _is_space(self, event: QKeyEvent) -> bool:
-        plain = event.modifiers() == Qt.KeyboardModifier.NoModifier
-        return self._acts.clicking and plain and event.key() == Qt.Key.Key_Space
 
     def _show_cursor(self) -> None:
         """The cursor and what is written beside it say what the left button would do."""
         self._say_offer()
         if not self._acts.clicking or not any(self._size()):
             self.unsetCursor()
-        elif self._space is not None:
-            self.setCursor(Qt.CursorShape.OpenHandCursor)
         elif self.why_no_clicks():
             self.setCursor(Qt.CursorShape.ForbiddenCursor)
         else:
@@ -318,7 +265,7 @@ class CameraView(PictureView):
 
     def _say_offer(self) -> None:
         marks, cursor = self.marks, self._cursor
-        moving = self._drag is not None or self._space is not None or self._hand.dragging
+        moving = self._drag is not None or self._hand.dragging
         offer = Offer()
         if self._acts.clicking and marks is not None and cursor is not None and not moving:
             there = self.inside(self.pixel_at(cursor)) and not self.why_no_clicks()

@@ -72,8 +72,6 @@ class Overlay:
     reference_is_old: bool = False
     ghosts: tuple[tuple[LineStyle, tuple[tuple[str, QPainterPath], ...]], ...] = ()
     """Line style and outline of each limb of the models of further runs."""
-    runs: tuple[tuple[str, LineStyle], ...] = ()
-    """All runs that are drawn and their line styles, the active one first."""
     points: FloatArray | None = None  # (N, 2) float64, pixels
     correspondences: FloatArray | None = None
     """(m, 2, 2) float64, pixels. From the measured point to the model's."""
@@ -283,7 +281,7 @@ def _paint_inside(painter: QPainter, inside: InsideScene, to_widget: QTransform)
 
 
 def _paint_skeleton(painter: QPainter, landmarks: FloatArray, to_widget: QTransform) -> None:
-    """The reference: dashed bones and white joints."""
+    """The reference: bones in a dash that no run has, and white joints."""
     place = dict(zip(LANDMARKS, landmarks, strict=True))
     neck = 0.5 * (place["left_shoulder"] + place["right_shoulder"])
     bones = {"head": [(neck, place["head"])]}
@@ -292,7 +290,7 @@ def _paint_skeleton(painter: QPainter, landmarks: FloatArray, to_widget: QTransf
     every = np.array([bone for limb in bones.values() for bone in limb])
     stroke(painter, to_widget.map(_segments_path(every)), _line(_DARK, 4.2))
     for limb, own in bones.items():
-        line = _line(_colour(limb).lighter(125), 2.2, Qt.PenStyle.DashLine)
+        line = _line(_colour(limb).lighter(125), 2.2, PEN_STYLES["reference"])
         stroke(painter, to_widget.map(_segments_path(np.array(own))), line)
     joints = QPainterPath()
     for point in landmarks[np.isfinite(landmarks).all(axis=1)]:

@@ -5,7 +5,7 @@ from PySide6.QtWidgets import QPushButton, QSizePolicy, QWidget
 
 from ...session.messages import Message
 from ..style.building import Raised, hbox, label, tool_button, vbox
-from ..style.theme import set_icon, set_look
+from ..style.theme import icon_named, set_look
 
 _ICONS = {"error": "warning", "warning": "warning", "note": "info"}
 
@@ -122,5 +122,5 @@ class MessageBar(Raised):
             self.do_button.setVisible(bool(message.button))
             self.do_button.setText(message.button)
             self._more.setText(f"and {waiting} more" if waiting else "")
-            set_icon(self._icon, _ICONS[message.severity])
+            self._icon.setIcon(icon_named(_ICONS[message.severity]))
             set_look(self, "edge", message.severity)

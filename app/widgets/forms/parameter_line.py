@@ -4,7 +4,7 @@ import textwrap
 from collections.abc import Callable
 
 from PySide6.QtCore import QEvent, QObject, Qt
-from PySide6.QtGui import QFont, QKeyEvent
+from PySide6.QtGui import QFont, QKeyEvent, QMouseEvent
 from PySide6.QtWidgets import QCheckBox, QComboBox, QGridLayout, QLineEdit, QWidget
 
 from stereotrack_core.errors import InputError
@@ -55,15 +55,17 @@ class ParameterLine(QWidget):
         self.setToolTip(f"{textwrap.fill(row.help, _TIP_WIDTH)}\n\n--set {row.name}=…")
         self._lay_out()
         self.unfold(unfolded=False)
-        for part in (self.editor, self._name, self._summary):
-            part.installEventFilter(self)
+        self.editor.installEventFilter(self)
 
     def unfold(self, *, unfolded: bool = True) -> None:
         self._summary.setVisible(not unfolded)
         self._help.setVisible(unfolded)
         self._facts.setVisible(unfolded)
 
-    def eventFilter(self, _part: QObject, event: QEvent) -> bool:
+    def mousePressEvent(self, _event: QMouseEvent) -> None:
+        self.unfold()
+
+    def eventFilter(self, _editor: QObject, event: QEvent) -> bool:
         if event.type() in (QEvent.Type.FocusIn, QEvent.Type.MouseButtonPress):
             self.unfold()
         pressed = event.key() if isinstance(event, QKeyEvent) else None

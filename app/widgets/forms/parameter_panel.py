@@ -3,20 +3,16 @@
 from collections.abc import Callable, Sequence
 
 from PySide6.QtCore import Qt, Signal, Slot
-from PySide6.QtGui import QAction, QResizeEvent
-from PySide6.QtWidgets import QBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import QLabel, QPushButton, QVBoxLayout, QWidget
 
 from stereotrack_core.parameters import ParameterGroup, ParameterRow, Value
 from stereotrack_core.tracking.presets import PRESETS
 
-from ..redraw import later
 from ..style.building import choice, hbox, label, menu_of, scrolled, show_text, tool_button, vbox
 from .form_dialog import line_edit
 from .parameter_line import ParameterLine
 
-_ONE_ROW_WIDTH = 520
-"""Pixels from which the preset and what it is compared with have room in one row."""
-_ABOVE = 6
 _FEW = 4  # parameters that a search finds, up to which all of their explanations are shown
 
 
@@ -40,9 +36,6 @@ class ParameterPanel(QWidget):
         self._against = "preset"
         self._rows: tuple[ParameterRow, ...] = ()
         self._behind = self._seen = False
-        self.last_touched = ""
-        """The parameter that the panel opens at."""
-        self._opening = later(self, self._open_at_last)
         self._acts: Callable[[str], bool] = lambda _name: True
         self._lines: dict[str, ParameterLine] = {}
         self._groups: dict[str, QWidget] = {}
@@ -112,14 +105,11 @@ class ParameterPanel(QWidget):
         self.preset_box.setPlaceholderText("custom settings")
         self.revert_all = QPushButton("Revert all", self)
         self.revert_all.clicked.connect(lambda: self._take(self._base))
-        tip = (
-            "Type part of a name or description, or what it is about, such as cross, lost, jitter, "
-            "noise or speed."
-        )
+        tip = "Type part of a name or description."
         placeholder = "Search names and descriptions"
         self.search = line_edit("Search parameters", placeholder=placeholder, tip=tip)
         self.search.setClearButtonEnabled(True)
-        self.search.textChanged.connect(self._on_search)
+        self.search.textChanged.connect(self._sift)
         self.only_changed = tool_button("", "filter", "Changed")
         self.only_changed.setAutoRaise(False)
         self.only_changed.setCheckable(True)
@@ -130,19 +120,10 @@ class ParameterPanel(QWidget):
         self.menu_button.hide()
         tip = "The values to compare with and to revert to"
         self.against_box = choice("Compare with", AGAINST.items(), tip)
-        self._rows_above = hbox(
-            (hbox(QLabel("Preset", self), (self.preset_box, 1), self.menu_button), 1),
-            (hbox(QLabel("Compare with", self), (self.against_box, 1), self.revert_all), 1),
-            spacing=4,
-        )
+        use = hbox(QLabel("Preset", self), (self.preset_box, 1), self.menu_button)
+        compare = hbox(QLabel("Compare with", self), (self.against_box, 1), self.revert_all)
         find = hbox((self.search, 1), self.only_changed)
-        return vbox(self._rows_above, find, margins=(0, 0, 6, 0), spacing=4)
-
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        super().resizeEvent(event)
-        wide = self.width() >= _ONE_ROW_WIDTH
-        way = QBoxLayout.Direction.LeftToRight if wide else QBoxLayout.Direction.TopToBottom
-        self._rows_above.setDirection(way)
+        return vbox(use, compare, find, margins=(0, 0, 6, 0), spacing=4)
 
     def _catch_up(self) -> None:
         """Show in the lines what was given while nobody saw them."""
@@ -153,7 +134,6 @@ class ParameterPanel(QWidget):
         if rows != self._rows:
             self._rows = rows
             self._fill()
-            self._opening.start()
         values, bases = self.settings.values(), self._base.values()
         for name, line in self._lines.items():
             line.show_values(values[name], bases[name], self._against)
@@ -202,20 +182,7 @@ class ParameterPanel(QWidget):
             else "No settings are loaded."
         )
 
-    def _on_search(self, words: str) -> None:
-        self._sift()
-        if not words:
-            self._opening.start()
-
-    def _open_at_last(self) -> None:
-        """Show the parameter that was touched last at the top, among the others."""
-        line = self._lines.get(self.last_touched)
-        if line is not None and not line.isHidden():
-            line.unfold()
-            self._scroll.verticalScrollBar().setValue(line.y() - _ABOVE)
-
     def _on_value(self, name: str, value: Value) -> None:
-        self.last_touched = name
         if self.settings is not None:
             self._take(self.settings.replaced(**{name: value}))
 

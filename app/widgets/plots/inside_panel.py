@@ -14,6 +14,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from ...session.inspection import Step
 from ..style.building import ElidedLabel, action_button, hbox, label, vbox
 from ..style.colours import LIMB_COLOURS
 from ..style.theme import Dressed, current_theme
@@ -42,14 +43,6 @@ class StepContent:
     tables: tuple[Table, ...] = ()
 
 
-@dataclass(frozen=True)
-class StepName:
-    """A step in the list."""
-
-    title: str
-    heading: str = ""  # written before the first step of an iteration or stage; empty elsewhere
-
-
 _STEP = Qt.ItemDataRole.UserRole
 _NOTHING = (
     "Inspect a step ({keys}) to see how the tracker processes the current frame: what it "
@@ -73,13 +66,13 @@ class InsidePanel(Dressed):
         self.steps.currentItemChanged.connect(self._on_chosen)
         self.beginning = ElidedLabel(parent=self)
         self.page = StepPage()
-        self._names: tuple[StepName, ...] = ()
-        self._buttons = hbox(spacing=2)
+        self._shown: tuple[Step, ...] = ()
+        self._buttons, self._usual = hbox(spacing=2), ""
         centre = Qt.AlignmentFlag.AlignCenter
-        self._nothing = label("", "muted", margins=(16, 8, 16, 8), align=centre)
+        self.nothing = label("", "muted", margins=(16, 8, 16, 8), align=centre)
         self.setAutoFillBackground(True)  # tab bars that lie behind would show through
         self._stack = QStackedLayout(self)
-        self._stack.addWidget(self._nothing)
+        self._stack.addWidget(self.nothing)
         self._stack.addWidget(self._body())
 
     def _body(self) -> QWidget:
@@ -100,19 +93,19 @@ class InsidePanel(Dressed):
             button.setAutoRaise(True)
             button.setIconSize(QSize(16, 16))
             self._buttons.addWidget(button)
-        self._nothing.setText(_NOTHING.format(keys=keys))
+        self._usual = _NOTHING.format(keys=keys)
+        self.show_nothing()
 
     def show_nothing(self, words: str = "") -> None:
         """Show no frame; `words` say what is being waited for."""
-        if words:
-            self._nothing.setText(words)
+        self.nothing.setText(words or self._usual)
         self._stack.setCurrentIndex(0)
 
-    def show_steps(self, names: tuple[StepName, ...], index: int) -> None:
+    def show_steps(self, steps: tuple[Step, ...], index: int) -> None:
         with QSignalBlocker(self.steps):
-            if names != self._names:
-                self._names = names
-                self._fill(names)
+            if steps != self._shown:
+                self._shown = steps
+                self._fill(steps)
             for item in map(self.steps.item, range(self.steps.count())):
                 if item.data(_STEP) == index:
                     self.steps.setCurrentItem(item)
@@ -123,16 +116,16 @@ class InsidePanel(Dressed):
         self.beginning.set_words("Computing …" if busy else beginning)
         self.page.show_content(content)
 
-    def _fill(self, names: tuple[StepName, ...]) -> None:
+    def _fill(self, steps: tuple[Step, ...]) -> None:
         self.steps.clear()
-        for index, name in enumerate(names):
-            if name.heading:
-                heading = QListWidgetItem(name.heading)
+        for index, step in enumerate(steps):
+            if step.heading:
+                heading = QListWidgetItem(step.heading)
                 heading.setFlags(Qt.ItemFlag.NoItemFlags)
                 heading.setForeground(QColor(current_theme().muted))
-                heading.setToolTip(name.heading)
+                heading.setToolTip(step.heading)
                 self.steps.addItem(heading)
-            item = QListWidgetItem(f"   {name.title}")
+            item = QListWidgetItem(f"   {step.title}")
             item.setData(_STEP, index)
             self.steps.addItem(item)
 

@@ -224,7 +224,6 @@ def _swatch(colour: str) -> QIcon:
 
 _MOST_TICKS = 12
 _LONGEST_TICK = 18
-_LEGEND_SHARE = 0.32  # share of the plot's width that the legend has beside the curves
 _ASIDE = 0.06  # share of the distance between values that one curve is drawn aside of the next
 _SHADES = {True: (0.42, 0.95), False: (0.05, 0.75)}
 """Part of the colour map that can be seen on a dark and on a bright ground."""
@@ -281,24 +280,7 @@ class StudyPlot(Dressed):
         ticks = _ticks(axis)
         self._plot.getAxis("bottom").setLogMode(axis.log and ticks is None, False)
         self._plot.getAxis("bottom").setTicks(ticks)
-        if curves:
-            self._show_all(axis, curves, max(asides, default=0.0))
-
-    def _show_all(self, axis: PlotAxis, curves: tuple[StudyCurve, ...], aside: float) -> None:
-        places = [_place(axis, value) for value in axis.places.values()]
-        # half a step beside words, so that they can be read
-        edge = aside + (0.5 if axis.words else 0.06 * _extent(axis))
-        right = max(places) + edge
-        if len(curves) > 1:
-            right += _LEGEND_SHARE * (right - min(places) + edge)
-        spread = [np.nan_to_num(curve.spread) for curve in curves]
-        ends = [(c.mean - s, c.mean + s, c.y) for c, s in zip(curves, spread, strict=True)]
-        whole = np.concatenate([part for parts in ends for part in parts])
-        low, high = whole.min(), whole.max()
-        room = 0.05 * (high - low) or 1.0
-        self._plot.setRange(
-            xRange=(min(places) - edge, right), yRange=(low - room, high + room), padding=0
-        )
+        self._plot.autoRange(padding=0.06)
 
     def _draw_curve(self, axis: PlotAxis, curve: StudyCurve, colour: QColor, aside: float) -> None:
         at = np.array([_place(axis, place) + aside for place in curve.at])

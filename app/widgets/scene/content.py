@@ -11,7 +11,6 @@ from stereotrack_core.arrays import FloatArray, ImageArray
 from stereotrack_core.body.mesh import PartMesh
 from stereotrack_core.geometry.camera import Camera
 
-from ...session.runs import RunStyle
 from ...session.view_state import GhostBody, InsideScene
 
 LAYERS: tuple[str, ...] = ("cloud", "model", "reference", "cameras", "ellipsoids", "floor")
@@ -61,16 +60,9 @@ class SceneContent:
     """(4, 3) float64, world, metres. Corners of calibration boards, around each."""
     highlighted: str = ""
     ellipsoids: tuple[Ellipsoid, ...] = ()
-    run: str = ""
     ghosts: tuple[GhostBody, ...] = ()
     floor_z: float = 0.0  # Metres. Height of the floor in the world.
     inside: InsideScene | None = None
-
-    @property
-    def runs(self) -> tuple[tuple[str, RunStyle], ...]:
-        """All runs that are drawn, the active one first; empty where it is alone."""
-        others = tuple((ghost.name, ghost.style) for ghost in self.ghosts)
-        return ((self.run, "solid"), *others) if others and self.meshes else others
 
     def parts_known(self) -> int:
         """How many kinds of things are there that a view of the scene has to hold."""

@@ -28,7 +28,6 @@ from stereotrack_core.arrays import FloatArray
 
 from ..redraw import later, takes_key
 from ..style.building import action_button, hbox, label, menu_of, tool_button
-from ..style.colours import paint_runs_legend
 from ..style.theme import Theme, current_theme
 from .content import LAYERS, NORTH_TIP, Orbit, PointLegend, SceneContent, orbit_around
 
@@ -238,8 +237,6 @@ class SceneView(QWidget):
     def _paint_names(self, painter: QPainter) -> None:
         area = QRectF(self.rect())
         paint_lettering(painter, self.content, self._layers, self.orbit, area, current_theme())
-        if self._layers["model"]:
-            paint_runs_legend(painter, self.content.runs, area)
 
     def _paint_apology(self, painter: QPainter) -> None:
         painter.fillRect(self.rect(), self.palette().base())
@@ -393,33 +390,23 @@ def _paint_axes(painter: QPainter, orbit: Orbit, area: QRectF) -> None:
 
 
 def _paint_legend(painter: QPainter, legend: PointLegend, area: QRectF, theme: Theme) -> None:
-    """Say at the top left what the colours of the points mean, in as many rows as it takes."""
-    metrics = painter.fontMetrics()
-    widest = area.width() - 2.0 * _MARGIN
-    places: list[tuple[QPointF, float, str, tuple[int, int, int] | None]] = []
-    x = y = right = 0.0
-    for text, colour in ((legend.title, None), *legend.entries):
-        swatch = 0.0 if colour is None else _SWATCH + 0.7 * _GAP
-        width = swatch + metrics.horizontalAdvance(text)
-        if x and x + width > widest - 2.0 * _GAP:
-            x, y = 0.0, y + _ROW
-        places.append((QPointF(x, y), swatch, text, colour))
-        x += width + 2.0 * _GAP
-        right = max(right, x)
+    """Say at the top left what the colours of the points mean, in a row for each."""
+    rows: list[tuple[str, tuple[int, int, int] | None]] = [(legend.title, None), *legend.entries]
+    widest = max(painter.fontMetrics().horizontalAdvance(text) for text, _ in rows)
     corner = area.topLeft() + QPointF(_MARGIN, _MARGIN)
+    left = corner.x() + 2.0 * _GAP + _SWATCH
     painter.save()
-    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-    painter.setPen(Qt.PenStyle.NoPen)
     paper = QColor(theme.base)
     paper.setAlpha(215)
-    painter.setBrush(paper)
-    painter.drawRoundedRect(QRectF(corner.x(), corner.y(), right, y + _ROW + 4.0), 4.0, 4.0)
-    for place, swatch, text, colour in places:
-        at = corner + place + QPointF(_GAP, 2.0)
+    width = left - corner.x() + widest + _GAP
+    painter.fillRect(QRectF(corner.x(), corner.y(), width, _ROW * len(rows) + 4.0), paper)
+    painter.setPen(QColor(theme.text))
+    for place, (text, colour) in enumerate(rows):
+        top = corner.y() + 2.0 + place * _ROW
         if colour is not None:
-            dot = QRectF(at.x(), at.y() + 0.5 * (_ROW - _SWATCH), _SWATCH, _SWATCH)
+            dot = QRectF(corner.x() + _GAP, top + 0.5 * (_ROW - _SWATCH), _SWATCH, _SWATCH)
             painter.fillRect(dot, QColor(*colour))
-        painter.setPen(QColor(theme.text))
-        row = QRectF(at.x() + swatch, at.y(), widest, _ROW)
+        start = corner.x() + _GAP if colour is None else left
+        row = QRectF(start, top, width, _ROW)
         painter.drawText(row, Qt.AlignmentFlag.AlignVCenter | Qt.AlignmentFlag.AlignLeft, text)
     painter.restore()

@@ -21,7 +21,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from .theme import set_icon
+from .theme import icon_named
 
 
 def shortened(name: str, most: int) -> str:
@@ -157,7 +157,7 @@ def tool_button(tip: str, icon: str = "", text: str = "", role: str = "") -> QTo
     if role:
         button.setProperty("role", role)
     if icon:
-        set_icon(button, icon)
+        button.setIcon(icon_named(icon))
     if icon and text:
         button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
     return button

@@ -4,13 +4,12 @@ from types import MappingProxyType
 from typing import Literal, TypeAlias
 
 import numpy as np
-from PySide6.QtCore import QPointF, QRectF, Qt
-from PySide6.QtGui import QColor, QPainter, QPen, QPixmap
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QPainter, QPen, QPixmap
 
 from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.evaluation.limbs import LIMB_COLOURS
 
-from .building import shortened
 from .theme import drawn_pixmap
 
 LineStyle: TypeAlias = Literal["solid", "dash", "dot", "dashdot", "reference"]
@@ -25,10 +24,6 @@ PEN_STYLES: dict[LineStyle, Qt.PenStyle] = {
 """No run has the style of the reference."""
 
 OLD = 0.4  # opacity of what was fitted before the last click
-_LINE = 26.0
-_ROW = 17.0
-_GAP = 6.0
-_MOST_LETTERS = 34
 
 
 def line_pixmap(pen: QPen, ratio: float) -> QPixmap:
@@ -39,32 +34,6 @@ def line_pixmap(pen: QPen, ratio: float) -> QPixmap:
         painter.drawLine(2, 7, 26, 7)
 
     return drawn_pixmap(28, 14, draw, ratio)
-
-
-def paint_runs_legend(
-    painter: QPainter, runs: tuple[tuple[str, LineStyle], ...], area: QRectF
-) -> None:
-    """Say at the bottom left of `area` which line belongs to which run; nothing for one run."""
-    if len(runs) < 2:
-        return
-    metrics = painter.fontMetrics()
-    names = [shortened(name, _MOST_LETTERS) for name, _ in runs]
-    width = _LINE + 3 * _GAP + max(metrics.horizontalAdvance(name) for name in names)
-    high = _ROW * len(runs) + 4
-    box = QRectF(area.left() + _GAP, area.bottom() - _GAP - high, width, high)
-    painter.save()
-    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-    painter.setPen(Qt.PenStyle.NoPen)
-    painter.setBrush(QColor(0, 0, 0, 165))
-    painter.drawRoundedRect(box, 4.0, 4.0)
-    for row, (name, (_, style)) in enumerate(zip(names, runs, strict=True)):
-        line = QRectF(box.left() + _GAP, box.top() + 2 + row * _ROW, _LINE, _ROW)
-        painter.setPen(QPen(QColor("white"), 1.8, PEN_STYLES[style]))
-        middle = line.center().y()
-        painter.drawLine(QPointF(line.left(), middle), QPointF(line.right(), middle))
-        words = QRectF(line.right() + _GAP, line.top(), width, _ROW)
-        painter.drawText(words, Qt.AlignmentFlag.AlignVCenter | Qt.AlignmentFlag.AlignLeft, name)
-    painter.restore()
 
 
 _LOW_ON_DARK, _HIGH_ON_DARK = (0x3A, 0xA6, 0xF0), (0xFF, 0x8A, 0x2B)

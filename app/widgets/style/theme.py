@@ -9,19 +9,19 @@ from string import Template
 from typing import Literal, TypeAlias
 
 import pyqtgraph
-from PySide6.QtCore import QByteArray, QEvent, QObject, Qt
+from PySide6.QtCore import QByteArray, QEvent, QRect, QSize, Qt
 from PySide6.QtGui import (
-    QAction,
     QColor,
     QGuiApplication,
     QIcon,
+    QIconEngine,
     QPainter,
     QPalette,
     QPixmap,
     QPixmapCache,
 )
 from PySide6.QtSvg import QSvgRenderer
-from PySide6.QtWidgets import QAbstractButton, QApplication, QWidget
+from PySide6.QtWidgets import QApplication, QWidget
 
 _APP = Path(__file__).resolve().parents[2]
 
@@ -46,46 +46,38 @@ def resource_path(*parts: str) -> Path:
     return path
 
 
-_SIZES = (16, 20, 24, 32, 40, 48, 64)
-_NAME = "icon_name"
+class _Drawing(QIconEngine):
+    """A drawing in the colour that the palette has for text on buttons when it is painted."""
+
+    def __init__(self, name: str) -> None:
+        super().__init__()
+        self._name, self._path = name, resource_path("icons", f"{name}.svg")
+
+    def clone(self) -> QIconEngine:
+        return _Drawing(self._name)
+
+    def paint(self, painter: QPainter, rect: QRect, mode: QIcon.Mode, state: QIcon.State) -> None:
+        ratio = painter.device().devicePixelRatioF()
+        painter.drawPixmap(rect, self.pixmap(rect.size() * ratio, mode, state))
+
+    def pixmap(self, size: QSize, mode: QIcon.Mode, _state: QIcon.State) -> QPixmap:
+        groups = QPalette.ColorGroup
+        group = groups.Disabled if mode == QIcon.Mode.Disabled else groups.Active
+        colour = QGuiApplication.palette().color(group, QPalette.ColorRole.ButtonText).name()
+        key, found = f"{self._name}/{colour}/{size.width()}/{size.height()}", QPixmap()
+        if QPixmapCache.find(key, found):
+            return found
+        text = self._path.read_text(encoding="utf-8").replace("currentColor", colour)
+        drawing = QSvgRenderer(QByteArray(text.encode()))
+        drawing.setAspectRatioMode(Qt.AspectRatioMode.KeepAspectRatio)
+        result = drawn_pixmap(size.width(), size.height(), drawing.render)
+        QPixmapCache.insert(key, result)
+        return result
 
 
-def icon(name: str) -> QIcon:
-    """Icon in the palette's colours, sharp from 16 to 64 pixels."""
-    colours, groups = QGuiApplication.palette(), QPalette.ColorGroup
-    result = QIcon()
-    for mode, group in ((QIcon.Mode.Normal, groups.Active), (QIcon.Mode.Disabled, groups.Disabled)):
-        for pixmap in _drawn(name, colours.color(group, QPalette.ColorRole.ButtonText).name()):
-            result.addPixmap(pixmap, mode)
-    return result
-
-
-def set_icon(target: QAction | QAbstractButton, name: str) -> None:
-    """Give an action or button an icon that changes with the theme."""
-    target.setProperty(_NAME, name)
-    target.setIcon(icon(name))
-
-
-def refresh_icons(app: QApplication) -> None:
-    """Tint every icon given by :func:`set_icon` again, after the palette has changed."""
-    for window in app.topLevelWidgets():
-        targets: list[QObject] = [window, *window.findChildren(QObject)]
-        for target in targets:
-            if isinstance(target, QAction | QAbstractButton) and (name := target.property(_NAME)):
-                target.setIcon(icon(name))
-
-
-def _drawn(name: str, colour: str) -> list[QPixmap]:
-    """Draw an icon in all sizes, or find it among those that were drawn before."""
-    kept = {size: QPixmap() for size in _SIZES}
-    if all(QPixmapCache.find(f"{name}/{colour}/{size}", kept[size]) for size in _SIZES):
-        return list(kept.values())
-    text = resource_path("icons", f"{name}.svg").read_text(encoding="utf-8")
-    drawing = QSvgRenderer(QByteArray(text.replace("currentColor", colour).encode()))
-    for size in _SIZES:
-        kept[size] = drawn_pixmap(size, size, drawing.render)
-        QPixmapCache.insert(f"{name}/{colour}/{size}", kept[size])
-    return list(kept.values())
+def icon_named(name: str) -> QIcon:
+    """Icon in the palette's colours, sharp in every size; it changes with the theme."""
+    return QIcon(_Drawing(name))
 
 
 def drawn_pixmap(
@@ -215,7 +207,6 @@ def _show(app: QApplication, theme: Theme) -> None:
     # the other way round widgets that are there already keep the old palette
     app.setPalette(palette(theme))
     app.setStyleSheet(_style_sheet(theme))
-    refresh_icons(app)
 
 
 def _style_sheet(theme: Theme) -> str:

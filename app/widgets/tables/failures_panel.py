@@ -1,11 +1,11 @@
-"""The list of failures: filters, a row for each, and what speaks for its cause."""
+"""The list of failures: a filter, a row for each, and what speaks for its cause."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from html import escape
 
 from PySide6.QtCore import QSignalBlocker, Qt, QUrl
 from PySide6.QtGui import QImage, QResizeEvent, QTextDocument
-from PySide6.QtWidgets import QComboBox, QSplitter, QTextBrowser, QWidget
+from PySide6.QtWidgets import QSplitter, QTextBrowser, QWidget
 
 from stereotrack_core.arrays import ImageArray
 from stereotrack_core.evaluation.failure_segments.segment import (
@@ -17,8 +17,9 @@ from stereotrack_core.evaluation.failure_segments.segment import (
 )
 
 from ..camera.picture import image_of
-from ..style.building import choice, hbox, label, show_text, vbox
-from ..style.colours import LIMB_COLOURS, limb_words
+from ..forms.form_dialog import line_edit
+from ..style.building import hbox, label, show_text, vbox
+from ..style.colours import LIMB_COLOURS
 from .table import RIGHT, STRETCH, Cell, CellTable, Column
 
 _NONE = (
@@ -99,29 +100,23 @@ _COLUMNS = (
 
 
 class FailuresPanel(QWidget):
-    """Filters above, the rows below, then words and pictures of the one that is chosen.
+    """A filter above, the rows below, then words and pictures of the one that is chosen.
 
     `chosen` is called with the place of a row in what was handed on, -1 for none; `activated` when
-    a row is double-clicked, or Enter pressed on it; `filtered` with the limb, cause and way of
-    detection that are wanted, empty for all.
+    a row is double-clicked, or Enter pressed on it; `filtered` with words that rows shall have.
     """
 
     def __init__(
         self,
         chosen: Callable[[int], object],
         activated: Callable[[int], object],
-        filtered: Callable[[str, str, str], object],
+        filtered: Callable[[str], object],
     ) -> None:
         super().__init__()
-        names = ("Limb", "Probable cause", "Detected by")
-        self._boxes = self.limb, self.cause, self.found = tuple(choice(name) for name in names)
-        narrow = QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon
-        for box in self._boxes:
-            box.setSizeAdjustPolicy(narrow)
-            box.setMinimumContentsLength(6)
-            box.currentIndexChanged.connect(
-                lambda: filtered(*(str(box.currentData() or "") for box in self._boxes))
-            )
+        tip = "Words of limbs, cause or way of detection, such as left, crossing or error"
+        self.filter = line_edit("Filter", "", "Filter: words of limbs, cause or detection", tip)
+        self.filter.setClearButtonEnabled(True)
+        self.filter.textChanged.connect(filtered)
         self.words = label("", "muted", margins=(8, 0, 8, 0))
         self._fps = 1.0
         self.tree = CellTable("Failures", _COLUMNS, self._cells, least=96, sorts=True, single=True)
@@ -137,22 +132,9 @@ class FailuresPanel(QWidget):
         both.addWidget(self.evidence)
         both.setStretchFactor(0, 2)
         both.setStretchFactor(1, 3)
-        filters = hbox(*((box, 1) for box in self._boxes), margins=(6, 0, 6, 0), spacing=4)
-        self.setLayout(vbox(filters, self.words, (both, 1), margins=(0, 4, 0, 0), spacing=4))
+        above = hbox(self.filter, margins=(6, 0, 6, 0))
+        self.setLayout(vbox(above, self.words, (both, 1), margins=(0, 4, 0, 0), spacing=4))
         self.show_rows((), 1.0, -1, "")
-
-    def set_choices(
-        self, limbs: Sequence[str], causes: Mapping[str, str], found: Mapping[str, str]
-    ) -> None:
-        """What can be filtered by: limbs, and causes and ways with their words."""
-        named = {limb: limb_words(limb) for limb in limbs}
-        every = ("all limbs", "all causes", "any detection")
-        for box, all_words, choices in zip(self._boxes, every, (named, causes, found), strict=True):
-            with QSignalBlocker(box):
-                box.clear()
-                box.addItem(all_words, "")
-                for key, words in choices.items():
-                    box.addItem(words, key)
 
     def show_rows(
         self, failures: Sequence[FailureSegment], fps: float, chosen: int, words: str

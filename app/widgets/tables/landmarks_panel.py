@@ -4,31 +4,31 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from typing import Literal, TypeAlias
 
-from PySide6.QtCore import QModelIndex, QPointF, QRect, QSignalBlocker, Qt
-from PySide6.QtGui import QColor, QPainter, QPalette, QPen, QResizeEvent
-from PySide6.QtWidgets import QCheckBox, QPushButton, QStyle, QStyleOptionViewItem, QWidget
+from PySide6.QtCore import QModelIndex, QSignalBlocker, Qt
+from PySide6.QtGui import QResizeEvent
+from PySide6.QtWidgets import QPushButton, QWidget
 
 from stereotrack_core.annotation.click import ClickKey
 from stereotrack_core.annotation.next_clicks import StopSign, Suggestion
 
 from ..forms.numbers import NumberField
 from ..style.building import hbox, label, vbox
-from ..style.theme import current_theme, set_look
-from .table import RIGHT, STRETCH, Cell, CellRow, CellTable, Column, Index, RowDelegate
+from ..style.theme import set_look
+from .table import RIGHT, STRETCH, Cell, CellRow, CellTable, Column
 
 CellState: TypeAlias = Literal["clicked", "guessed", "doubted", "outside", "predicted", "missing"]
 
-CELL_WORDS: dict[CellState, str] = {
-    "clicked": "clicked",
-    "guessed": "occluded, position estimated",
-    "doubted": "clicked, flagged as uncertain",
-    "outside": "outside the image",
-    "predicted": "not clicked; a prediction is available",
-    "missing": "not clicked",
+CELL_STATES: dict[CellState, tuple[str, str]] = {
+    "clicked": ("●", "clicked"),
+    "guessed": ("○", "occluded, position estimated"),
+    "doubted": ("◌", "clicked, flagged as uncertain"),
+    "outside": ("⊠", "outside the image"),
+    "predicted": ("×", "not clicked; a prediction is available"),
+    "missing": ("–", "not clicked"),
 }
-"""States of a landmark in one camera, in words."""
+"""States of a landmark in one camera, as a sign and in words."""
 
-_KEY, _LABEL = 0, 1
+_LABEL = 1
 _NUMBER = 50
 
 
@@ -40,7 +40,6 @@ class LandmarksPanel(QWidget):
         self._choose = choose
         self._chosen = -1
         self.table = CellTable("Landmarks", single=True)
-        self.table.setItemDelegate(_Marks(self.table))
         self.table.setAlternatingRowColors(False)
         self.setLayout(vbox(self.table))
         self.table.selectionModel().currentRowChanged.connect(self._on_other_row)
@@ -48,10 +47,7 @@ class LandmarksPanel(QWidget):
         self.table.pressed.connect(lambda index: choose(index.row()))
 
     def show_rows(self, cameras: Sequence[str], rows: Sequence[CellRow], chosen: int) -> None:
-        """Show the landmarks: key, name, a cell for each of the `cameras`, and two numbers.
-
-        Values of cells: the colour for the key, colour and state in a camera.
-        """
+        """Show the landmarks: key, name, a cell for each of the `cameras`, and two numbers."""
         self._chosen = chosen
         self.table.show_rows(rows, _columns(cameras))
         if chosen >= 0 and self.table.currentIndex().row() != chosen:
@@ -69,7 +65,7 @@ def _columns(cameras: Sequence[str]) -> tuple[Column, ...]:
     start = 0 if whole else len(same)
     number = (RIGHT, True, _NUMBER)
     return (
-        Column("", "Key that selects the landmark", width=26),
+        Column("", "Key that selects the landmark", width=34),
         Column("Landmark", "Select a landmark here to place it with the next click", width=STRETCH),
         *(
             Column(name[start:], f"Visibility in {name}", Qt.AlignmentFlag.AlignCenter)
@@ -78,76 +74,6 @@ def _columns(cameras: Sequence[str]) -> tuple[Column, ...]:
         Column("px", "Root mean square distance of its clicks from the fitted model", *number),
         Column("mm", "Distance between the triangulated clicks and the model", *number),
     )
-
-
-class _Marks(RowDelegate):
-    """Keys as coloured keycaps, states as the marks in the pictures are drawn."""
-
-    def __init__(self, table: CellTable) -> None:
-        super().__init__(table)
-        self._table = table
-
-    def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
-        cell = self._table.cells.cell(index.row(), index.column())
-        if cell.value is None:
-            super().paint(painter, option, index)
-            return
-        option.state &= ~QStyle.StateFlag.State_HasFocus
-        panel = QStyle.PrimitiveElement.PE_PanelItemViewItem
-        self._table.style().drawPrimitive(panel, option, painter, self._table)
-        painter.save()
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        if index.column() == _KEY:
-            _paint_key(painter, option.rect, QColor(cell.value), cell.text)
-        else:
-            colour, state = cell.value
-            if option.state & QStyle.StateFlag.State_Selected:
-                # on the selection's own colour some of the limbs' would not be seen
-                colour = option.palette.color(QPalette.ColorRole.HighlightedText)
-            centre = QPointF(option.rect.center()) + QPointF(0.5, 0.5)
-            _paint_state(painter, centre, QColor(colour), state)
-        painter.restore()
-
-
-def _paint_key(painter: QPainter, rect: QRect, colour: QColor, text: str) -> None:
-    side = min(rect.width(), rect.height()) - 4
-    cap = QRect(0, 0, side, side)
-    cap.moveCenter(rect.center())
-    painter.setPen(Qt.PenStyle.NoPen)
-    painter.setBrush(colour)
-    painter.drawRoundedRect(cap, 3.0, 3.0)
-    painter.setPen(QColor("black" if colour.lightnessF() > 0.5 else "white"))
-    painter.drawText(cap, Qt.AlignmentFlag.AlignCenter, text)
-
-
-def _paint_state(painter: QPainter, centre: QPointF, colour: QColor, state: CellState) -> None:
-    theme = current_theme()
-    dim = theme.is_dark and 0.05 < colour.lightnessF() < 0.32
-    visible = colour.lighter(130) if dim else colour
-    painter.translate(centre)
-    painter.setBrush(Qt.BrushStyle.NoBrush)
-    match state:
-        case "clicked":
-            painter.setPen(Qt.PenStyle.NoPen)
-            painter.setBrush(visible)
-            painter.drawEllipse(QPointF(), 4.5, 4.5)
-        case "guessed" | "doubted":
-            pen = QPen(visible, 2.0)
-            if state == "doubted":
-                pen.setDashPattern([1.2, 1.0])
-            painter.setPen(pen)
-            painter.drawEllipse(QPointF(), 4.2, 4.2)
-        case "predicted":
-            painter.setPen(QPen(visible, 1.6))
-            painter.drawLine(-4, -4, 4, 4)
-            painter.drawLine(-4, 4, 4, -4)
-        case "outside":
-            painter.setPen(QPen(QColor(theme.muted), 1.4))
-            painter.drawRect(-5, -4, 10, 8)
-            painter.drawLine(-5, 4, 5, -4)
-        case _:
-            painter.setPen(QPen(QColor(theme.disabled), 1.4))
-            painter.drawLine(-3, 0, 3, 0)
 
 
 _COLUMNS = (
@@ -190,8 +116,6 @@ class NextPanel(QWidget):
             minimum=0.1, maximum=45.0, value=3.0, singleStep=0.5, prefix="± ", suffix="°",
             keyboardTracking=False, accessibleName="Target uncertainty", toolTip=tip,
         )  # fmt: skip
-        self.limit = QCheckBox("Selected frames only")
-        self.limit.setToolTip("Suggest clicks only in the frames selected in the timeline")
         self.next_button = QPushButton("Go to next")
         self.next_button.clicked.connect(self.go_to_next)
         self.fit_button = QPushButton("Fit whole recording")
@@ -208,7 +132,7 @@ class NextPanel(QWidget):
         self.show_ranking((), None, {})
 
     def _lay_out(self) -> None:
-        tools = hbox(self.next_button, self.limit, None, self.wanted)
+        tools = hbox(self.next_button, None, self.wanted)
         self._head, self._unfitted = QWidget(), QWidget()
         self._head.setLayout(vbox(self.sign, tools, margins=(8, 4, 8, 4), spacing=4))
         fit = hbox(self.fit_button, None)

@@ -67,7 +67,7 @@ class Cell:
     text: str = ""
     tip: str = ""
     colour: str = ""
-    """Name of the theme's colour that it is written in, such as ``muted``; empty: as text."""
+    """Colour of the theme that it is written in, such as ``muted``, or ``#rrggbb``; empty: text."""
     swatch: str | QPixmap | None = None
     """``#rrggbb`` of a square before the text, or a picture; empty leaves room for a square."""
     bold: bool = False
@@ -151,7 +151,9 @@ class TableModel(QAbstractTableModel):
         if place not in self._roles:  # asked for seven times whenever a cell is painted
             self._roles[place] = self._roles_of(self.cell(*place), place[1])
         shown = self._roles[place].get(role)
-        return QColor(getattr(current_theme(), shown)) if shown and role in _COLOURS else shown
+        if shown and role in _COLOURS:
+            return QColor(getattr(current_theme(), shown, shown))
+        return shown
 
     def _roles_of(self, cell: Cell, column: int) -> dict[int, Any]:
         roles = Qt.ItemDataRole

@@ -160,10 +160,6 @@ class TimelineScale:
     def visible(self) -> float:
         return max(self.last - self.first, 1e-9)
 
-    @property
-    def is_whole(self) -> bool:
-        return self.first <= 0.0 and self.last >= self.frame_count
-
     def x_of(self, frame: float) -> float:
         """Position of the left border of a frame."""
         return self.left + (frame - self.first) / self.visible * self.width

@@ -47,7 +47,7 @@ from stereotrack_core.body.pose import HANGING, Pose, rotation_towards
 from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.body.skeleton import FOREARMS, PARENTS, SHANKS, THIGHS, UPPER_ARMS
 from stereotrack_core.depth.cloud import Cloud
-from stereotrack_core.errors import Cancelled, InputError
+from stereotrack_core.errors import InputError
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.recording.reader import FrameReader
@@ -69,14 +69,9 @@ _ENDS = {
 
 
 def _asked_between(
-    stretch: Stretch,
-    data: Sequence[FrameData],
-    poses: Sequence[Pose],
-    known: BoolArray,
-    fps: float,
-    cancelled: Callable[[], bool],
+    stretch: Stretch, data: Sequence[FrameData], poses: Sequence[Pose], known: BoolArray, fps: float
 ) -> list[Pose]:
-    """Poses to begin from; of `known` (K,) frames the clicks tell the pose. Raises Cancelled."""
+    """Poses to begin from; of `known` (K,) frames the clicks tell the pose."""
     f = stretch.freedom
     found = [_on_legs(pose) for pose in poses] if f.with_depth else list(poses)
     if not known.any():
@@ -88,8 +83,6 @@ def _asked_between(
         told_sigma[at : at + 2] = _LEG_SIGMA
     distance = np.abs(np.arange(len(known))[:, None] - np.flatnonzero(known)).min(axis=1)
     for k in np.argsort(distance, kind="stable").tolist():  # known ones first, then outwards
-        if cancelled():
-            raise Cancelled
         frame = data[k]
         if not len(frame.clicks) and (frame.depth is None or not f.with_depth):
             continue
@@ -186,9 +179,7 @@ def _connected_stretches(
     return found
 
 
-def _fitted_stretch(
-    context: FitContext, data: Sequence[FrameData], cancelled: Callable[[], bool]
-) -> tuple[Freedom, Fitted]:
+def _fitted_stretch(context: FitContext, data: Sequence[FrameData]) -> tuple[Freedom, Fitted]:
     """Fit the clicks alone, and with what that gives to begin from, clicks and depth."""
     seen = [triangulated(one.clicks, len(context.whole.names)) for one in data]
     points = filled_over_time(np.array(seen))
@@ -197,28 +188,23 @@ def _fitted_stretch(
     wanted = len(context.asked.landmarks)
     # their clicks tell the pose where the landmarks that are asked for are in two cameras each
     known: BoolArray = np.array([_cameras(stretch, one)[:wanted].min() > 1 for one in data])
-    found = _together(stretch, data, start, cancelled)
+    found = _together(stretch, data, start)
     if not known.all():
         start = [state.pose for state in found.states]
-        start = _asked_between(stretch, data, start, known, context.fps, cancelled)
-        found = _together(stretch, data, start, cancelled)
+        start = _asked_between(stretch, data, start, known, context.fps)
+        found = _together(stretch, data, start)
     if not any(one.depth is not None for one in data):
         return stretch.freedom, found
     start = [state.pose for state in found.states]
     context = context.shaped(data, start, np.flatnonzero(known))
     stretch = context.by_depth
-    start = _asked_between(stretch, data, start, known, context.fps, cancelled)
-    return stretch.freedom, _together(stretch, data, start, cancelled)
+    start = _asked_between(stretch, data, start, known, context.fps)
+    return stretch.freedom, _together(stretch, data, start)
 
 
-def _together(
-    stretch: Stretch,
-    data: Sequence[FrameData],
-    start: Sequence[Pose],
-    cancelled: Callable[[], bool],
-) -> Fitted:
+def _together(stretch: Stretch, data: Sequence[FrameData], start: Sequence[Pose]) -> Fitted:
     sigma = pose_sigmas(stretch.freedom, *_ANYWHERE)
-    return stretch.fit(data, start, start[0], sigma, rounds=_ROUNDS, cancelled=cancelled)
+    return stretch.fit(data, start, start[0], sigma, rounds=_ROUNDS)
 
 
 def _put_together(
@@ -285,9 +271,8 @@ class ClickFit(FitContext):
         clouds: Clouds | None = None,
         gaps: Sequence[range] = (),
         on_frame: Callable[[int], None] = lambda _frame: None,
-        cancelled: Callable[[], bool] = lambda: False,
     ) -> TrajectoryFit:
-        """Follow the clicks forward and backward, not over gaps. Raises Cancelled."""
+        """Follow the clicks forward and backward, not over gaps."""
         clicked = {frame: tuple(measurements_by_frame.get(frame, ())) for frame in frames}
         clouds = clouds if self.settings.use_depth else None
         filled = []
@@ -295,11 +280,9 @@ class ClickFit(FitContext):
             for stretch in _connected_stretches(self, clicked, gaps, clouds is not None):
                 data = []
                 for frame in stretch:
-                    if cancelled():
-                        raise Cancelled
                     data.append(self.data(clicked[frame], clouds(frame) if clouds else None))
                     on_frame(frame)
-                filled.append((stretch, *_fitted_stretch(self, data, cancelled)))
+                filled.append((stretch, *_fitted_stretch(self, data)))
             return _put_together(self, clicked, frames, filled)
 
 
@@ -327,14 +310,13 @@ def fit_reference(
     request: FitRequest | None = None,
     *,
     on_frame: Callable[[int], None] = lambda _frame: None,
-    cancelled: Callable[[], bool] = lambda: False,
 ) -> TrajectoryFit:
     """Fit the body to clicked landmarks, forward and backward over the frames.
 
     The recording's depth is used where it has any; frames between clicked ones are filled.
     `on_frame` is told every frame whose depth is read.
 
-    Raises InputError where none of these frames is clicked in these views; Cancelled.
+    Raises InputError where none of these frames is clicked in these views.
 
     Examples
     --------
@@ -360,9 +342,7 @@ def fit_reference(
     person = proportions_of(recording.subject)
     fitting = ClickFit(recording.cameras, r.landmarks, person, r.settings, recording.fps)
     with recorded_depth(recording, r.settings, r.views) as depth:
-        return fitting.trajectory(
-            by_frame, frames, clouds=depth, gaps=r.gaps, on_frame=on_frame, cancelled=cancelled
-        )
+        return fitting.trajectory(by_frame, frames, clouds=depth, gaps=r.gaps, on_frame=on_frame)
 
 
 def clicks_in(

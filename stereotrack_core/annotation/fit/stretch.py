@@ -32,7 +32,6 @@ from stereotrack_core.depth.chain import DepthChain
 from stereotrack_core.depth.cloud import Cloud, EdgeMap
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.volume import settled
-from stereotrack_core.errors import Cancelled
 from stereotrack_core.filtering.linearisation import Information, posterior
 from stereotrack_core.filtering.smoothing import smooth
 from stereotrack_core.recording.description import Recording
@@ -150,11 +149,10 @@ class Stretch:
         pose_sigma: FloatArray,
         *,
         rounds: int,
-        cancelled: Callable[[], bool] = lambda: False,
     ) -> Fitted:
         """Fit all frames, from poses that are roughly right; `usual` is the first one's.
 
-        `pose_sigma` (of_pose,) says how firmly that is expected. Raises Cancelled.
+        `pose_sigma` (of_pose,) says how firmly that is expected.
         """
         f, move = self.freedom, self.movement
         n = f.columns.n
@@ -163,8 +161,6 @@ class Stretch:
         factors = np.ones((len(data) - 1, f.of_pose))
         judgements = [_all_right(frame.clicks) for frame in data]
         for i in range(rounds):
-            if cancelled():
-                raise Cancelled
             measured = [
                 self.information(*args, i) for args in zip(data, states, judgements, strict=True)
             ]

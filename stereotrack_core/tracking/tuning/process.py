@@ -129,7 +129,7 @@ class RecordStep:
         frames = range(store.reader.frame_count)
         key = CloudKey(self.settings.depth, frames, self.settings.uses_detector)
         cloud, _ = store.clouds(key, cancelled=asker.cancelled).take(self.frame)
-        seen = keypoints_in_views(store.recording, self.of.views, self.keypoints).at(self.frame)
+        seen = keypoints_in_views(store.recording, self.of.views, self.keypoints)(self.frame)
         if self.seen is not None:
             seen = seen_in_views(store.recording, cloud.view_names, self.seen)
         cloud = replace(cloud, keypoints=seen)

@@ -6,7 +6,6 @@ import pytest
 from stereotrack_core.annotation.click import ClickKey
 from stereotrack_core.annotation.fit.results import CLICKED, GAP, INTERPOLATED
 from stereotrack_core.annotation.landmark_set import NINE
-from stereotrack_core.errors import Cancelled
 from tests.annotation.fit.scenes import BODY, clicked, fitting, places, pose
 from tests.annotation.scenes import moved_click
 from tests.tracking.scenes import cloud_of, surface_points
@@ -115,17 +114,6 @@ def test_depth_tells_what_happens_between_clicked_frames():
     off = np.linalg.norm(found.landmarks - TRUTH[:13], axis=2)
     assert off.mean() < 0.5 * np.linalg.norm(alone.landmarks - TRUTH[:13], axis=2).mean()
     assert off.mean() < 0.025
-
-
-def test_it_can_be_stopped():
-    asked = []
-
-    def cancelled():
-        asked.append(None)
-        return len(asked) > 10
-
-    with pytest.raises(Cancelled):
-        fitting().trajectory(every(3), range(24), cancelled=cancelled)
 
 
 def test_frames_need_not_begin_at_the_recording_s_first():

@@ -93,14 +93,6 @@ def test_the_wanted_accuracy_is_kept_and_stops(qtbot, project, presenter, make, 
     assert again.wanted_deg == 40.0
 
 
-def test_only_the_selection(qtbot, presenter, make):
-    fit = fit_between(make, [0, 39])
-    ranking_after(qtbot, presenter, lambda: presenter.set_fit(fit))
-    after = ranking_after(qtbot, presenter, lambda: presenter.set_frames(range(5, 9)))
-    assert after.suggestions
-    assert all(one.frame in range(5, 9) for one in after.suggestions)
-
-
 ROWS = (
     Suggestion(17, "N", "left_hand", 3.2, "left forearm uncertain (6.1 deg)", over_frames_deg=14.3),
     Suggestion(30, "W", "head", 1.2, "probable outlier, 40 px", click_there=True),

@@ -21,10 +21,9 @@ from app.widgets.style.theme import (
     chosen_theme,
     current_theme,
     data_folder,
-    icon,
+    icon_named,
     load_theme,
     resource_path,
-    set_icon,
 )
 
 
@@ -100,7 +99,7 @@ ICONS = sorted(path.stem for path in (data_folder("resources") / "icons").glob("
 @pytest.mark.parametrize("name", ICONS)
 def test_icon_is_drawn(qapp, dark, name):
     assert QSvgRenderer(str(resource_path("icons", f"{name}.svg"))).isValid()
-    image = icon(name).pixmap(24, 24).toImage()
+    image = icon_named(name).pixmap(24, 24).toImage()
     opaque = [
         image.pixelColor(x, y).alpha() > 128
         for x in range(image.width())
@@ -115,7 +114,7 @@ def test_icons_follow_the_theme(qapp, qtbot, dark):
     button.addAction(action)
     action.setParent(button)
     for target in (button, action):
-        set_icon(target, "stop")
+        target.setIcon(icon_named("stop"))
     apply_theme(qapp, "light")
     expected = QColor(load_theme("light").text)
     for target in (button, action):

@@ -80,7 +80,7 @@ class TestScale:
         scale = self.scale.zoomed(10.0, 100.0).moved(-500.0)
         assert scale.first == 0.0
         assert scale.moved(1e9).last == pytest.approx(1000.0)
-        assert self.scale.zoomed(1e-6, 300.0).is_whole
+        assert self.scale.zoomed(1e-6, 300.0) == self.scale.whole()
         assert self.scale.zoomed(1e9, 300.0).visible >= 8.0
         assert self.scale.frame_at(-50.0) == 0
         assert self.scale.frame_at(5000.0) == 999

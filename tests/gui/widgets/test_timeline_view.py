@@ -146,7 +146,7 @@ class TestZoom:
             qtbot.keyClick(timeline, Qt.Key.Key_Plus)
         assert timeline.scale.first < 213 < timeline.scale.last < 490
         qtbot.keyClick(timeline, Qt.Key.Key_0)
-        assert timeline.scale.is_whole
+        assert timeline.scale == timeline.scale.whole()
 
     def test_more_lanes_than_room_scroll(self, qapp, timeline):
         timeline.resize(1000, 150)

@@ -24,7 +24,6 @@ from .annotating import Annotating
 from .choosing import ADVANCES, Advance
 from .facts import AnnotationFacts
 from .marks import (
-    camera_rows,
     fit_words,
     landmark_rows,
     length_rows,
@@ -166,8 +165,7 @@ class ClickController:
             known = facts.landmark_set.names
             chosen = known.index(facts.chosen) if facts.chosen in known else -1
             self.landmarks.show_rows(names, landmark_rows(facts, cameras), chosen)
-            rows = (*limb_rows(facts), *camera_rows(facts), *length_rows(facts))
-            self.body.show_body(fit_words(facts), rows)
+            self.body.show_body(fit_words(facts), (*limb_rows(facts), *length_rows(facts)))
             state.show_fit(FittedBody(fit.question.frame, fit.meshes) if fit is not None else None)
         self._context.actions.refresh_soon()
         return True

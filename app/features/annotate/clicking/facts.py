@@ -111,7 +111,6 @@ class AnnotationFacts:
             if self._active
             else {},
             doubtful=self._compared.now,
-            residuals=self._compared.residuals,
             accepted_sigma=ACCEPTED_SIGMA if project is None else accepted_sigma(project),
         )
 

@@ -25,12 +25,12 @@ from stereotrack_core.annotation.propose import PROPOSED
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.counting import UNKNOWN_DEG
 from stereotrack_core.geometry.camera import Camera
-from stereotrack_core.geometry.camera_agreement import CameraResidual, Disagreement
+from stereotrack_core.geometry.camera_agreement import Disagreement
 
 from ....widgets.camera import click_marks
 from ....widgets.camera.overlays import limb_paths, part_shapes
 from ....widgets.style.colours import LIMB_COLOURS, limb_words
-from ....widgets.tables.landmarks_panel import CELL_WORDS, CellState
+from ....widgets.tables.landmarks_panel import CELL_STATES, CellState
 from ....widgets.tables.table import Cell, CellRow
 
 TRIANGULATED = "other views"  # source of predictions from the clicks of the same frame
@@ -59,8 +59,6 @@ class FrameMarks:
     offers: Mapping[str, str | None] = field(default_factory=dict)
     """The landmark that the next click in an image that is shown places; None: it places none."""
     doubtful: Disagreement | None = None  # A camera that contradicts the others over all clicks
-    residuals: tuple[CameraResidual, ...] = ()
-    """How far the clicks of each camera lie from the points that the cameras agree on."""
     accepted_sigma: float = ACCEPTED_SIGMA
     """Largest standard deviation of predictions that are accepted, pixels at 480 lines."""
 
@@ -265,13 +263,15 @@ def landmark_rows(facts: FrameMarks, cameras: Sequence[str]) -> tuple[CellRow, .
     def cell(camera: str, landmark: Landmark) -> Cell:
         place = camera, landmark.name
         state = _state(there.get(place), predicted=place in seen)
-        said = f"{landmark.label} in {facts.views.get(camera, camera)}: {CELL_WORDS[state]}"
-        return Cell(tip=said, said=said, value=(landmark.colour, state))
+        sign, words = CELL_STATES[state]
+        said = f"{landmark.label} in {facts.views.get(camera, camera)}: {words}"
+        colour = "disabled" if state == "missing" else landmark.colour
+        return Cell(sign, said, colour, said=said)
 
     def row(place: int, landmark: Landmark) -> CellRow:
         shown = _OUTLIER if _is_outlier(facts, landmark.name) else ("", "")
         return (
-            Cell(str(place) if place <= _KEYS else "", value=landmark.colour),
+            Cell(str(place) if place <= _KEYS else "", swatch=landmark.colour),
             Cell(landmark.label),
             *(cell(camera, landmark) for camera in cameras),
             Cell(_residual(facts, landmark.name), *shown),
@@ -294,19 +294,6 @@ def limb_rows(facts: FrameMarks) -> tuple[CellRow, ...]:
         if facts.fit_is_old:
             words, doubtful = "before the last click", None
         rows.append(_body_cells(limb, limb_words(limb), value, words, doubtful))
-    return tuple(rows)
-
-
-def camera_rows(facts: FrameMarks) -> tuple[CellRow, ...]:
-    """Rows with the distance of each view's clicks from the points that the views agree on."""
-    doubtful = () if facts.doubtful is None else facts.doubtful.doubtful
-    rows = list[CellRow]()
-    for one in facts.residuals:
-        if isfinite(one.median_px):
-            bad = one.camera in doubtful
-            words = "disagrees with the others" if bad else f"residual of {one.count} clicks"
-            name = facts.views.get(one.camera, one.camera)
-            rows.append(_body_cells("", name, f"{one.median_px:.1f} px", words, bad))
     return tuple(rows)
 
 

@@ -4,7 +4,6 @@ import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
-from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QDialog, QWidget
 
 from stereotrack_core.annotation.agreement import (
@@ -160,8 +159,7 @@ class AgreementDialog(QDialog):
         tip = "Compare with another annotator's project of this recording"
         self.other_button = push_button("&Other project …", other, tip)
         self.table = CellTable("Agreement by landmark", COLUMNS)
-        self.copy_button = push_button("&Copy table", self._copy)
-        below = hbox(self.copy_button, None, push_button("Close", self.reject))
+        below = hbox(None, push_button("Close", self.reject))
         top = hbox((self._words, 1), again_button, self.other_button)
         parts = (top, self.verdict, self.remedy, (self.table, 1), below)
         self.setLayout(vbox(*parts, margins=(9, 9, 9, 9)))
@@ -173,8 +171,3 @@ class AgreementDialog(QDialog):
         self.remedy.setText(report.remedy)
         self.remedy.setVisible(bool(report.remedy))
         self.table.show_rows(report.rows)
-
-    def _copy(self) -> None:
-        headings = "\t".join(column.heading for column in COLUMNS)
-        rows = self.table.cells.as_text(range(len(self.table.cells.rows)))
-        QGuiApplication.clipboard().setText(f"{headings}\n{rows}")

@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
-from PySide6.QtWidgets import QCheckBox, QFormLayout, QPlainTextEdit, QWidget
+from PySide6.QtWidgets import QFormLayout, QPlainTextEdit, QWidget
 
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
@@ -149,20 +149,16 @@ class TakeInDialog(FormDialog):
         self.problems.setAccessibleName("Lines that cannot be read")
         verb = "cannot be read and is" if len(problems) == 1 else "cannot be read and are"
         problem_words = label(f"{counted(len(problems), 'line')} {verb} skipped:")
-        self.with_new = QCheckBox(f"Add {counted(len(shown.new), 'new click')}")
-        self.with_new.setChecked(True)
-        self.with_new.toggled.connect(self._show_outcome)
         conflict_words = label(_conflict_words(shown))
         self.decision = choice("Clicks that differ", _DECISIONS)
         self.decision.currentIndexChanged.connect(self._show_outcome)
         self.outcome = label()
         self.lay_out(
-            self.summary, problem_words, self.problems, self.with_new, conflict_words,
-            self.decision, None, self.outcome, size=(560, 240),
+            self.summary, problem_words, self.problems, conflict_words, self.decision, None,
+            self.outcome, size=(560, 240),
         )  # fmt: skip
         for there, widgets in (
             (problems, (problem_words, self.problems)),
-            (shown.new, (self.with_new,)),
             (shown.conflicts, (conflict_words, self.decision)),
         ):
             for widget in widgets:
@@ -170,9 +166,9 @@ class TakeInDialog(FormDialog):
         self._show_outcome()
 
     def _show_outcome(self) -> None:
-        shown, with_new = self._shown, self.with_new.isChecked()
-        taken = len(shown.taken(self.decision.currentData(), with_new=with_new))
-        kept = len(shown.conflicts) + len(shown.new) * with_new - taken
+        shown = self._shown
+        taken = len(shown.taken(self.decision.currentData()))
+        kept = len(shown.conflicts) + len(shown.new) - taken
         verb = "keeps" if kept == 1 else "keep"
         left = f", {counted(kept, 'conflict')} {verb} the project's click" if kept else ""
         words = f"{counted(taken, 'click')} will be written{left}." if taken else ""
@@ -182,11 +178,11 @@ class TakeInDialog(FormDialog):
 
     def _take(self) -> None:
         """Compare once more, as the project may have changed, and write in the background."""
-        project, compare, with_new = self._project, self._compare, self.with_new.isChecked()
+        project, compare = self._project, self._compare
         decision: Decision = self.decision.currentData()
 
         def work(_task: Task) -> str:
-            edit = compare().edit(decision, with_new=with_new)
+            edit = compare().edit(decision)
             project.apply(edit)
             return edit.words
 
@@ -215,15 +211,8 @@ def _summary(incoming: Incoming) -> str:
 
 
 def _conflict_words(incoming: Incoming) -> str:
-    """How many clicks contradict the project's, and which of them is the farthest off."""
     verb = "differs" if len(incoming.conflicts) == 1 else "differ"
-    words = f"{counted(len(incoming.conflicts), 'click')} {verb} from the project's."
-    apart = [(one.distance, one.key) for one in incoming.conflicts if one.distance is not None]
-    if not apart:
-        return words
-    distance, (frame, camera, landmark) = max(apart)
-    where = f"{landmark.replace('_', ' ')} in {camera}, frame {frame}"
-    return f"{words} Farthest apart: {where}, {distance:.1f} px."
+    return f"{counted(len(incoming.conflicts), 'click')} {verb} from the project's."
 
 
 def _problem_words(problems: tuple[InputError, ...]) -> list[str]:

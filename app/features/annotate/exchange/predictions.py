@@ -7,7 +7,6 @@ from pathlib import Path
 from PySide6.QtCore import QSignalBlocker
 from PySide6.QtWidgets import (
     QAbstractItemView,
-    QCheckBox,
     QComboBox,
     QFormLayout,
     QHeaderView,
@@ -109,18 +108,11 @@ class PredictionsDialog(FormDialog):
             placeholder="hand_l=left_wrist, snout=nose",
             tip="Keypoint names in the file and their names here, where they are unusual",
         )
-        self.propose = QCheckBox("Propose landmarks as clicks")
-        self.propose.setToolTip("Show them as predictions in Annotate, to be accepted as clicks.")
-        self.propose.setChecked(True)
-        self.all_people = QCheckBox("Keep all people")
-        self.all_people.setToolTip("Otherwise one person is kept over all frames.")
         self.preview = label()
-        for changed in (
-            self.detector.textChanged, self.names.textChanged, self.propose.toggled,
-            self.all_people.toggled, self.layout_box.currentIndexChanged,
-            self.person.currentIndexChanged,
-        ):  # fmt: skip
-            changed.connect(self.read_again)
+        for typed in (self.detector, self.names):
+            typed.textChanged.connect(self.read_again)
+        for chosen in (self.layout_box, self.person):
+            chosen.currentIndexChanged.connect(self.read_again)
 
     def _lay_out(self) -> None:
         folder = self._project.path.parent
@@ -136,11 +128,8 @@ class PredictionsDialog(FormDialog):
         form = QFormLayout()
         for field in (self.detector, self.layout_box, self.person, self.names):
             form.addRow(field.accessibleName(), field)
-        checks = hbox(self.propose, self.all_people, None)
-        self.lay_out(
-            label(_WORDS, "muted"), (self.files, 1), buttons, form, checks, self.preview,
-            size=(640, 520),
-        )  # fmt: skip
+        words = label(_WORDS, "muted")
+        self.lay_out(words, (self.files, 1), buttons, form, self.preview, size=(640, 520))
 
     # ---- files
 
@@ -205,18 +194,15 @@ class PredictionsDialog(FormDialog):
             layout = self.layout_box.currentData() or None
             said = path, self._recording, (), camera or None, names
             sources.append(KeypointSource(*said, layout=layout, detector=detector))
-        everybody = self.all_people.isChecked()
-        return partial(
-            plan_import, self._project, tuple(sources), self._frames,
-            person=None if everybody else self.person.currentData() or None,
-            all_people=everybody, propose=self.propose.isChecked(),
-        )  # fmt: skip
+        person = self.person.currentData() or None
+        known = self._project, tuple(sources), self._frames
+        return partial(plan_import, *known, person=person, propose=True)
 
     def _on_read(self, asked: object, plan: DetectorImport) -> None:
         if asked is self._asked:
             self._plan = plan
             self._offer(plan.people)
-            self.preview.setText(_told(plan, propose=self.propose.isChecked()))
+            self.preview.setText(_told(plan))
             self.accept_button.setEnabled(True)
 
     def _on_failed(self, asked: object, error: Exception) -> None:
@@ -232,7 +218,7 @@ class PredictionsDialog(FormDialog):
             for name in people if len(people) > 1 else ():
                 self.person.addItem(f"person {name}" if name.isdecimal() else name, name)
             self.person.setCurrentIndex(max(self.person.findData(chosen), 0))
-        self.person.setEnabled(len(people) > 1 and not self.all_people.isChecked())
+        self.person.setEnabled(len(people) > 1)
 
     def settled(self) -> bool:
         return not self._soon.isActive() and self._reading.settled()
@@ -245,16 +231,15 @@ class PredictionsDialog(FormDialog):
             self.accept()
 
 
-def _told(plan: DetectorImport, *, propose: bool) -> str:
+def _told(plan: DetectorImport) -> str:
     facts = plan.facts()
     frames, kept = counted(facts["frames"], "frame"), counted(facts["keypoints"], "keypoint")
     lines = [
         f"Will be imported: {kept} in {frames} of {facts['cameras']}, detector "
         f"{facts['detectors']}. Those of landmarks: {counted(facts['of_landmarks'], 'keypoint')}.",
         f"Left out: {plan.left_out_words()}.",
+        f"Will be proposed as clicks: {counted(plan.proposed, 'landmark')}.",
     ]
-    if propose:
-        lines.append(f"Will be proposed as clicks: {counted(plan.proposed, 'landmark')}.")
     lines += [f"{note[0].upper()}{note[1:]}." for note in plan.notes]
     if plan.replaced:
         lines.append(f"{counted(plan.replaced, 'keypoint')} of the project will be replaced.")

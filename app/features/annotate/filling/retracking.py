@@ -16,8 +16,7 @@ from stereotrack_core.annotation.personal_subject import (
 )
 from stereotrack_core.counting import counted, frames_in_words
 from stereotrack_core.errors import InputError
-from stereotrack_core.evaluation.failure_segments.find import FailureSearch, stretches_of
-from stereotrack_core.evaluation.failure_segments.segment import FailureSegment, limbs_words
+from stereotrack_core.evaluation.failure_segments.segment import limbs_words
 from stereotrack_core.project.entries import use_subject
 from stereotrack_core.project.history import Changed
 from stereotrack_core.recording.description import Recording
@@ -80,11 +79,10 @@ class Retracking:
         self._context, self._session, self._clicked = context, context.session, clicked
         self._body = body
         self._job = NewestJob(context.tasks)
-        self._known: tuple[object, tuple[FailureSegment, ...]] = None, ()
         self._refused: tuple[object, str] = None, ""
         self._soon = context.session.later(self._show_hint, _SOON_MS)
         watch = context.session.changes.watch
-        watch(PROJECT | Part.EDIT | Part.FRAME | Part.JUDGEMENT, self._soon.start)
+        watch(PROJECT | Part.EDIT | Part.FRAME | Part.FAILURES, self._soon.start)
         watch(Part.LEAVING, self._job.cancel)
 
     # ---- what there is
@@ -93,23 +91,11 @@ class Retracking:
         entry = self._session.finished_run
         return entry if entry is not None and entry.kind == "run" else None
 
-    def failures(self) -> tuple[FailureSegment, ...]:
-        """Failures of the active run; found once for all that they depend on."""
-        entry, recording = self.entry(), self._session.document.recording
-        truth = self._session.judging.truth
-        if entry is None or recording is None:
-            return ()
-        key = entry, len(entry.frames), truth
-        if self._known[0] != key:
-            run, reference = entry.run(), None if truth is None else truth.trajectory
-            search = None if run is None else FailureSearch(run, recording.fps, reference)
-            self._known = key, () if search is None else stretches_of(search)
-        return self._known[1]
-
     def failure(self) -> tuple[range, str] | None:
         """Frames of the failures around the frame that is shown, and their limbs in words."""
-        frame = self._session.document.frame
-        here = [one for one in self.failures() if frame in one.frames]
+        frame, found = self._session.document.frame, self._session.failures.found
+        every = () if found is None or self.entry() is None else found.failures
+        here = [one for one in every if frame in one.frames]
         if not here:
             return None
         frames = range(min(one.first for one in here), max(one.last for one in here) + 1)

@@ -40,7 +40,7 @@ from stereotrack_core.recording.importing.sources import Found, look_at
 from ....widgets.forms.form_dialog import ask_for_folder, line_edit, push_button, say_in
 from ....widgets.style.building import choice, hbox, label, label_of, scrolled, vbox
 
-_WIDTH, _HEIGHT = 120, 68
+_WIDTH, _HEIGHT = 120, 90
 _WORDS = (
     "Say what each source shows. The left and the right image of a stereo camera get the same "
     "view name, as do a depth map and its image."
