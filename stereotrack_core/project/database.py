@@ -4,6 +4,7 @@ A project can come from a stranger. It is plain SQLite: other tables, triggers a
 unasked, so a file that has any is refused before anything else of it is used.
 """
 
+import glob
 import os
 import sqlite3
 import struct
@@ -14,7 +15,14 @@ from pathlib import Path
 
 from stereotrack_core.atomic import make_folder, replacing
 from stereotrack_core.errors import InputError, shortened
-from stereotrack_core.project.schema import APPLICATION, FORMAT, STATEMENTS, Row
+from stereotrack_core.project.schema import (
+    ADDED_STATEMENTS,
+    APPLICATION,
+    FORMAT,
+    OLDEST_FORMAT,
+    STATEMENTS,
+    Row,
+)
 from stereotrack_core.reading import open_file
 
 _PRIMARY = 0xFF  # the part of SQLite's result codes that names the kind of failure
@@ -46,18 +54,21 @@ _DAMAGE = (
 """Result codes that only a damaged file gives."""
 
 
-_RESTORE = (
-    "Open a copy made with File, Project, Save a copy, or one from a backup of the drive. This "
-    "file is not changed."
-)
+def how_to_restore(path: Path) -> str:
+    """Remedy for a damaged project: the backup beside it, and how to open it."""
+    kept = sorted(path.parent.glob(f"{glob.escape(path.stem)}.format*{path.suffix}"))
+    remedy = "Open a copy made with File, Project, Save a copy, or one from a backup of the drive."
+    if kept:
+        remedy = f"Open its backup with File, Open a project, or `stereotrack open {kept[-1]}`."
+    return f"{remedy} This file is not changed."
 
 
 class ProjectDamaged(InputError):
     """The project cannot be read; `detail` says why."""
 
     def __init__(self, path: Path, detail: str) -> None:
-        what = f"the project file is damaged ({detail})"
-        super().__init__(what, where=str(path), remedy=_RESTORE)
+        what, remedy = f"the project file is damaged ({detail})", how_to_restore(path)
+        super().__init__(what, where=str(path), remedy=remedy)
 
 
 class ProjectInUse(InputError):
@@ -166,12 +177,48 @@ def check_header(path: Path) -> None:
 
 def check_version(path: Path, version: int) -> None:
     """Refuse what another version of the program wrote in another format."""
-    if version != FORMAT:
+    if not OLDEST_FORMAT <= version <= FORMAT:
         raise InputError(
-            f"it has format {version}, and this program reads format {FORMAT}",
+            f"it has format {version}, and this program reads formats {OLDEST_FORMAT} to {FORMAT}",
             where=str(path),
             remedy="Open it with the version of the program that created it. Nothing was changed.",
         )
+
+
+def version_of(database: sqlite3.Connection) -> int:
+    """Format of a project."""
+    return int(database.execute("PRAGMA user_version").fetchone()[0])
+
+
+def _missing(database: sqlite3.Connection) -> list[str]:
+    """Statements that make what a project of an older format lacks."""
+    version = version_of(database)
+    later = (added for number, added in ADDED_STATEMENTS.items() if number > version)
+    return [statement for added in later for statement in added]
+
+
+def lend_missing(database: sqlite3.Connection) -> None:
+    """Let a project of an older format that is only read look as if it had what it lacks."""
+    for statement in _missing(database):
+        database.execute(statement.replace("CREATE", "CREATE TEMP", 1))
+
+
+def bring_up_to_date(database: sqlite3.Connection, path: Path) -> Path | None:
+    """Give a project of an older format what it lacks; where its copy is, if any is made.
+
+    The copy, ``NAME.format1.stereotrack``, is what earlier versions open. Raises InputError.
+    """
+    version = version_of(database)
+    if version == FORMAT:
+        return None
+    copy = path.with_name(f"{path.stem}.format{version}{path.suffix}")
+    if not copy.exists():
+        copy_whole(database, copy)
+    with transaction(database):
+        for statement in _missing(database):
+            database.execute(statement)
+        database.execute(f"PRAGMA user_version = {FORMAT}")
+    return copy
 
 
 def copy_whole(database: sqlite3.Connection, path: Path) -> None:
@@ -211,6 +258,16 @@ def transaction(database: sqlite3.Connection) -> Iterator[None]:
         raise
 
 
+def _new_project(version: int) -> sqlite3.Connection:
+    """An empty project of a format, in memory."""
+    later = {s for number, added in ADDED_STATEMENTS.items() if number > version for s in added}
+    database = sqlite3.connect(":memory:")
+    for statement in STATEMENTS:
+        if statement not in later:
+            database.execute(statement)
+    return database
+
+
 def _objects(database: sqlite3.Connection) -> frozenset[tuple[str, ...]]:
     """Kind, name, table and statement (without spaces) of all that a database consists of."""
     rows = database.execute("SELECT type, name, tbl_name, ifnull(sql, '') FROM sqlite_schema")
@@ -218,22 +275,20 @@ def _objects(database: sqlite3.Connection) -> frozenset[tuple[str, ...]]:
 
 
 @cache
-def _expected() -> frozenset[tuple[str, ...]]:
-    with closing(sqlite3.connect(":memory:")) as database:
-        for statement in STATEMENTS:
-            database.execute(statement)
+def _expected(version: int) -> frozenset[tuple[str, ...]]:
+    with closing(_new_project(version)) as database:
         return _objects(database)
 
 
 def check_schema(database: sqlite3.Connection, path: Path) -> None:
     """See that there are a project's tables and no others. Raises InputError, ProjectDamaged."""
-    expected, found = _expected(), _objects(database)
+    expected, found = _expected(version_of(database)), _objects(database)
     for kind, name, *_ in sorted(found - expected):
         raise InputError(
             f"it was modified by another program: the {kind} {shortened(repr(name))} is not as "
             "this program creates it",
             where=str(path),
-            remedy=f"It could be harmful, so nothing of it is used. {_RESTORE}",
+            remedy=f"It could be harmful, so nothing of it is used. {how_to_restore(path)}",
         )
     for kind, name, *_ in sorted(expected - found):
         if kind == "table":  # an index that earlier versions did not make may be missing

@@ -1,12 +1,14 @@
-"""Open a project file: who may, on which drive, and what to tell about it."""
+"""Open a project file: who may, on which drive, in which format, and what to tell about it."""
 
+import ctypes
 import os
 import sqlite3
+import subprocess
+import sys
+from collections.abc import Iterator
 from contextlib import ExitStack, closing, suppress
 from dataclasses import astuple, dataclass
 from pathlib import Path
-
-import psutil
 
 from stereotrack_core.errors import Finding, InputError
 from stereotrack_core.locks import FileLock, Owner, is_held, lock_owner, lock_path
@@ -19,9 +21,11 @@ from stereotrack_core.project.connection import (
 )
 from stereotrack_core.project.database import (
     ProjectInUse,
+    bring_up_to_date,
     check_header,
     check_whole,
     is_in_place,
+    lend_missing,
     making_sense,
     transaction,
 )
@@ -47,6 +51,8 @@ def _in_use(path: Path, owner: Owner | None, remedy: str) -> ProjectInUse:
     return ProjectInUse(what, where=str(path), remedy=remedy)
 
 
+_MOUNTS = Path("/proc/self/mounts")
+_DRIVE_REMOTE = 4  # what Windows' GetDriveTypeW says of a drive of the network
 _NETWORK_TYPES = frozenset(
     {
         *("9p", "afp", "afpfs", "afs", "beegfs", "ceph", "cifs", "coda", "davfs", "davfs2"),
@@ -57,20 +63,65 @@ _NETWORK_TYPES = frozenset(
 )
 """File systems whose shared memory is not shared between the machines that write to them."""
 
+Mount = tuple[str, str]  # where a file system is mounted, and its type
+
 
 def network_type(path: Path) -> str | None:
     """Type of the network file system of a path; None for the machine's own."""
-    place = Path(os.path.realpath(path))
-    if str(place).startswith("\\\\"):
+    place = os.path.realpath(path)
+    if sys.platform == "win32":
+        return _windows_type(place)
+    found = ("", "")
+    for mounted, kind in machine_mounts():
+        inside = place == mounted or place.startswith(mounted.rstrip("/") + "/")
+        if inside and len(mounted) >= len(found[0]):
+            found = (mounted, kind)
+    return found[1] if found[1] in _NETWORK_TYPES else None
+
+
+def machine_mounts() -> tuple[Mount, ...]:
+    """Mounts of this machine; none if it does not tell."""
+    try:
+        if sys.platform == "darwin":
+            listed = subprocess.run(
+                ["/sbin/mount"], capture_output=True, text=True, check=False, timeout=5
+            )
+            return mounts_of_macos(listed.stdout)
+        return mounts_of_linux(_MOUNTS.read_text(encoding="utf-8", errors="surrogateescape"))
+    except (OSError, subprocess.TimeoutExpired):
+        return ()
+
+
+def mounts_of_linux(text: str) -> tuple[Mount, ...]:
+    """Mounts in the layout of ``/proc/mounts``, where spaces in paths are written as octal."""
+    rows = (line.split(" ") for line in text.splitlines())
+    return tuple((_unescaped(row[1]), row[2]) for row in rows if len(row) >= 3)
+
+
+def _unescaped(path: str) -> str:
+    for code, sign in (("\\040", " "), ("\\011", "\t"), ("\\012", "\n"), ("\\134", "\\")):
+        path = path.replace(code, sign)
+    return path
+
+
+def mounts_of_macos(text: str) -> tuple[Mount, ...]:
+    """Mounts as ``mount`` prints them: ``device on /place (type, options)``."""
+    mounts = []
+    for line in text.splitlines():
+        place, _, options = line.partition(" on ")[2].rpartition(" (")
+        if place:
+            mounts.append((place, options.split(",")[0].rstrip(")")))
+    return tuple(mounts)
+
+
+def _windows_type(place: str) -> str | None:
+    if place.startswith("\\\\"):
         return "network share"
-    mounts = psutil.disk_partitions(all=True)
-    around = [one for one in mounts if place.is_relative_to(one.mountpoint)]
-    nearest = max(around, key=lambda one: len(one.mountpoint), default=None)
-    if nearest is None:
-        return None
-    if "remote" in nearest.opts.split(","):  # what psutil says of a drive of Windows
+    library = getattr(ctypes, "windll", None)
+    drive = os.path.splitdrive(place)[0] + "\\"
+    if library is not None and library.kernel32.GetDriveTypeW(drive) == _DRIVE_REMOTE:
         return "network drive"
-    return nearest.fstype if nearest.fstype in _NETWORK_TYPES else None
+    return None
 
 
 _UNCERTAIN = (
@@ -117,14 +168,16 @@ def open_for_writing(path: Path, *, take_over: bool = False) -> Opened:
             status = path.stat()
             identity = None if network else (status.st_dev, status.st_ino)
             stack.callback(_give_back, database, path, identity)
+            earlier = bring_up_to_date(database, path)
             write_owner(database, Owner.myself())  # into the file: a copy without its log says so
             set_log(database, log=network is None)
             reader = log = None
             if network is None:
                 reader = stack.enter_context(closing(connect_for_reading(path)))
                 log = stack.enter_context(closing(LogWriter(path)))
+        notes = tuple(_notes(path, left, locked, earlier))
         access = Access(database, path, identity, reader, log)
-        return Opened(access, False, _notes(path, left, locked), stack.pop_all())
+        return Opened(access, False, notes, stack.pop_all())
     raise AssertionError  # the stack swallows no exception
 
 
@@ -134,8 +187,10 @@ def open_for_reading(path: Path) -> Opened:
     with ExitStack() as stack, making_sense(path):
         database = stack.enter_context(closing(connect_for_reading(path)))
         left = None if held else owner_of(database)
+        lend_missing(database)
         check_whole(database, path)
-        return Opened(Access(database, path), True, _notes(path, left, locked), stack.pop_all())
+        notes = tuple(_notes(path, left, locked))
+        return Opened(Access(database, path), True, notes, stack.pop_all())
     raise AssertionError  # the stack swallows no exception
 
 
@@ -153,14 +208,19 @@ def _give_back(database: sqlite3.Connection, path: Path, identity: tuple[int, in
         write_owner(database, None)
 
 
-def _notes(path: Path, left: Owner | None, locked: bool) -> tuple[Finding, ...]:
-    """Note on a file that was not closed, or copied while open."""
-    if left is None:
-        return ()
-    who = f"process {left.process} on {left.host}"
-    what = f"{who} did not close it; all edits are saved"
-    remedy = "No action is needed. Undo works as before."
-    if not locked:
-        what = f"it was copied or moved while {who} had it open"
-        remedy = f"Its newest edits may be missing: they were in {path.name}-wal beside it."
-    return (Finding("note", str(path), what, remedy),)
+def _notes(
+    path: Path, left: Owner | None, locked: bool, earlier: Path | None = None
+) -> Iterator[Finding]:
+    """Notes on a file that was not closed, copied while open, or brought up to date."""
+    if left is not None:
+        who = f"process {left.process} on {left.host}"
+        what = f"{who} did not close it; all edits are saved"
+        remedy = "No action is needed. Undo works as before."
+        if not locked:
+            what = f"it was copied or moved while {who} had it open"
+            remedy = f"Its newest edits may be missing: they were in {path.name}-wal beside it."
+        yield Finding("note", str(path), what, remedy)
+    if earlier is not None:
+        what = "it was made by an earlier version of the program and now has the present format"
+        remedy = f"No action is needed. The earlier version opens the copy {earlier.name}."
+        yield Finding("note", str(path), what, remedy)

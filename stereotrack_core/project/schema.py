@@ -66,7 +66,23 @@ class Table:
 
 
 FORMAT = 2  # version of the layout; kept in the file's ``user_version``
+OLDEST_FORMAT = 1  # opened for writing, an older file gets what it lacks
 KEYPOINT = "keypoint"  # table of what 2-D detectors have predicted
+ADDED_STATEMENTS: dict[int, tuple[str, ...]] = {
+    2: (
+        f"""CREATE TABLE {KEYPOINT} (
+    frame INTEGER NOT NULL,
+    camera TEXT NOT NULL,
+    keypoint TEXT NOT NULL,
+    source TEXT NOT NULL,
+    person INTEGER NOT NULL,
+    x REAL NOT NULL, y REAL NOT NULL,
+    confidence REAL NOT NULL,
+    PRIMARY KEY (frame, camera, keypoint, source, person)) WITHOUT ROWID""",
+    )
+}
+"""Statements that bring a project of the format before up to date."""
+
 APPLICATION = 0x53745470  # ``application_id``, which tells what a database is for: ``StTp``
 _STAMP = ("who", "at", "deleted")
 _CLICK_VALUES = ("x", "y", "visibility", "flag", "sigma", "origin", *_STAMP)
@@ -144,14 +160,6 @@ STATEMENTS: tuple[str, ...] = (
     process INTEGER NOT NULL,
     who TEXT NOT NULL,
     at TEXT NOT NULL)""",
-    f"""CREATE TABLE {KEYPOINT} (
-    frame INTEGER NOT NULL,
-    camera TEXT NOT NULL,
-    keypoint TEXT NOT NULL,
-    source TEXT NOT NULL,
-    person INTEGER NOT NULL,
-    x REAL NOT NULL, y REAL NOT NULL,
-    confidence REAL NOT NULL,
-    PRIMARY KEY (frame, camera, keypoint, source, person)) WITHOUT ROWID""",
+    *(statement for added in ADDED_STATEMENTS.values() for statement in added),
 )
 """Statements that make an empty project."""

@@ -59,6 +59,18 @@ def test_a_page_of_rubbish_is_noticed_wherever_it_is(project, project_path, clic
     assert "This file is not changed." in said
 
 
+def test_the_backup_made_before_a_change_of_format_is_named(project, project_path, clicks):
+    backup = project_path.with_name("walk.format1.stereotrack")
+    project.save_copy(backup)
+    project.close()
+    damage(project_path, project_path.stat().st_size // PAGE // 2)
+    said = refuse(project_path)
+    assert "Open its backup with File, Open a project" in said
+    assert f"`stereotrack open {backup}`" in said
+    with Project.open(backup) as opened:
+        assert {click.key: click for click in opened.clicks.all()} == clicks
+
+
 def test_a_full_drive_takes_nothing_that_was_saved(project, project_path):
     def limit(pages: int) -> None:
         with project._access.alone() as database:

@@ -7,7 +7,6 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import closing, contextmanager, suppress
-from types import SimpleNamespace
 
 import pytest
 
@@ -135,8 +134,7 @@ def edit_without_end(path, pipe) -> None:
 @pytest.mark.parametrize("network", [False, True])
 def test_an_edit_that_a_kill_ended_is_taken_back(path, network, monkeypatch):
     if network:
-        nfs = SimpleNamespace(mountpoint="/", fstype="nfs4", opts="rw")
-        monkeypatch.setattr(opening.psutil, "disk_partitions", lambda **_: [nfs])
+        monkeypatch.setattr(opening, "machine_mounts", lambda: (("/", "nfs4"),))
     pipe, other = multiprocessing.get_context("fork").Pipe()
     process = multiprocessing.get_context("fork").Process(
         target=edit_without_end, args=(path, other)

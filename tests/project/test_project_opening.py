@@ -9,7 +9,6 @@ import sys
 import tempfile
 from contextlib import closing
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 
@@ -129,8 +128,7 @@ def test_on_a_drive_without_locks_the_note_in_the_file_counts(project, project_p
 def test_another_machine_on_a_network_drive_is_asked_for(project, project_path, monkeypatch):
     """The system's lock may not reach from machine to machine; the note in the file does."""
     project.close()
-    nfs = SimpleNamespace(mountpoint="/", fstype="nfs4", opts="rw")
-    monkeypatch.setattr(opening.psutil, "disk_partitions", lambda **_: [nfs])
+    monkeypatch.setattr(opening, "machine_mounts", lambda: (("/", "nfs4"),))
     left = locks.Owner("other-machine", 5, "B", locks.now())
     with closing(sqlite3.connect(project_path, isolation_level=None)) as database:
         opening.write_owner(database, left)
@@ -142,7 +140,7 @@ def test_another_machine_on_a_network_drive_is_asked_for(project, project_path, 
         assert any("process 5 on other-machine" in note.what for note in taken.notes)
 
 
-@pytest.mark.parametrize("version", [1, 3])
+@pytest.mark.parametrize("version", [0, 3])
 def test_a_project_of_another_format_is_refused_and_left_alone(project, project_path, version):
     project.close()
     with closing(sqlite3.connect(project_path)) as database:
@@ -150,7 +148,7 @@ def test_a_project_of_another_format_is_refused_and_left_alone(project, project_
     before = project_path.read_bytes()
     for read_only in (False, True):
         with pytest.raises(
-            InputError, match=rf"has format {version}, and .* reads format 2.*created"
+            InputError, match=rf"has format {version}, and .* reads formats 1 to 2.*created"
         ):
             Project.open(project_path, read_only=read_only)
     assert project_path.read_bytes() == before

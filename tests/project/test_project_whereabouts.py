@@ -3,7 +3,6 @@
 import os
 import shutil
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,6 +13,7 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.project import opening
 from stereotrack_core.project.clicks import place
 from stereotrack_core.project.entries import save_reference
+from stereotrack_core.project.opening import mounts_of_linux, mounts_of_macos
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.whereabouts import project_path_for, projects_of
 
@@ -117,20 +117,30 @@ def test_the_projects_of_a_recording_are_found(
     assert {path.name for path in moved.parent.iterdir()} == {"walk", "another", project_path.name}
 
 
-def mounted(place, kind="ext4", opts="rw"):
-    return SimpleNamespace(mountpoint=place, fstype=kind, opts=opts)
+LINUX = r"""/dev/vda / ext4 rw 0 0
+server:/home /shared nfs4 rw 0 0
+/dev/vdb /shared/local\040disk ext4 rw 0 0
+//nas/share /mnt/nas cifs rw 0 0
+user@host: /mnt/remote fuse.sshfs rw 0 0
+"""
+MACOS = """/dev/disk1s1 on / (apfs, local, journaled)
+//user@nas/share on /Volumes/nas (smbfs, nodev, nosuid)
+/dev/disk2 on /Volumes/My (old) disk (hfs, local)
+"""
 
 
 @pytest.mark.parametrize(
     ("mounts", "path", "expected"),
     [
-        ([mounted("/"), mounted("/shared", "nfs4")], "/data/a.stereotrack", None),
-        ([mounted("/"), mounted("/shared", "nfs4")], "/shared/a/b.stereotrack", "nfs4"),
-        ([mounted("/shared", "nfs4"), mounted("/shared/local disk")], "/shared/local disk/b", None),
-        ([mounted("/"), mounted("/mnt/z", "NTFS", "rw,remote")], "/mnt/z/b", "network drive"),
-        ([], "/anything", None),
+        (mounts_of_linux(LINUX), "/data/a.stereotrack", None),
+        (mounts_of_linux(LINUX), "/shared/a/b.stereotrack", "nfs4"),
+        (mounts_of_linux(LINUX), "/shared/local disk/b.stereotrack", None),
+        (mounts_of_linux(LINUX), "/mnt/remote/x", "fuse.sshfs"),
+        (mounts_of_macos(MACOS), "/Volumes/nas/x", "smbfs"),
+        (mounts_of_macos(MACOS), "/Volumes/My (old) disk/x", None),
+        ((), "/anything", None),
     ],
 )
 def test_network_drives_are_told_from_others(mounts, path, expected, monkeypatch):
-    monkeypatch.setattr(opening.psutil, "disk_partitions", lambda **_: mounts)
+    monkeypatch.setattr(opening, "machine_mounts", lambda: mounts)
     assert opening.network_type(Path(path)) == expected

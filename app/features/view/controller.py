@@ -276,7 +276,7 @@ class ViewMemory:
         for name, kind in kept["pictures"].items():
             if kind in PICTURE_KINDS:
                 state.choose_kind(kind, name)
-        state.set_light(*map(float, kept["light"][""]))
+        state.set_light(*map(float, kept["light"].get("", (0.0, 1.0))))
 
 
 _OPEN_ZOOMED = "open_zoomed"
