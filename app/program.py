@@ -155,6 +155,7 @@ class WindowProgram:
         failed = message is not None and message.severity == "error"
         if message is not None and failed:
             say(message.sentence())
+        window.asks_before_quitting = False
         window.close()
         wait_for_threads(_LAST_THREADS_S)
         self._relay.remove()

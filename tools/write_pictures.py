@@ -178,10 +178,10 @@ def _clicked(
     film: Path, recording: Path, frames: Sequence[int], views: Sequence[str] = ("N", "O")
 ) -> Path:
     """A project with clicks of what some views see of the truth of `film`."""
-    from benchmarks.annotation import AnnotationCase, simulated_clicks
     from stereotrack_core.project.clicks import place_clicks
     from stereotrack_core.project.project import Project
     from stereotrack_core.recording.folder import open_recording
+    from tests.annotation.simulated_clicks import AnnotationCase, simulated_clicks
 
     case = AnnotationCase("pictures", 2.0, 1, depth=False)
     made = simulated_clicks(open_recording(film), case, 0).by_frame

@@ -8,7 +8,7 @@ from PySide6.QtWidgets import QDockWidget, QMainWindow, QStackedWidget, QTabBar,
 
 from ..session.messages import Message, stored_text
 from ..widgets.camera.camera_grid import CameraGrid
-from ..widgets.forms.message import BarsOver
+from ..widgets.forms.message import BarsBelow
 from ..widgets.forms.numbers import WholeNumberField
 from ..widgets.scene.scene_view import SceneView
 from ..widgets.style.building import hbox, label, vbox
@@ -23,7 +23,7 @@ def stored_bytes(settings: QSettings, key: str) -> QByteArray | None:
     return value if isinstance(value, QByteArray) else None
 
 
-LAYOUT_VERSION, LAYOUT_KEY = 10, "workspaces/{}/state"
+LAYOUT_VERSION, LAYOUT_KEY = 11, "workspaces/{}/state"
 LEAST_WIDTH, LEAST_HEIGHT = 0.45, 0.35
 """Shares of the window that are left to the pictures, however large the panels were."""
 
@@ -192,7 +192,7 @@ class Docks(QObject):
         self.middle.addWidget(self.views)
         self._pages: dict[str, QWidget] = {"": self.views}
         host.setCentralWidget(self.middle)
-        self._over_views = BarsOver(self.middle)
+        self._below_views = BarsBelow(self.middle)
         self.add("scene", "3-D scene", self.scene)
         both = QWidget()
         self._timeline_column = vbox((self.timeline, 1), spacing=0)
@@ -213,9 +213,9 @@ class Docks(QObject):
         self._docks[name] = dock
         return dock
 
-    def lay_over_views(self, bar: QWidget) -> None:
-        """Let a bar lie over the lower end of the views, so that it never moves them."""
-        self._over_views.column.addWidget(bar)
+    def add_below_views(self, bar: QWidget) -> None:
+        """Let a bar stand below the views or the page in the middle, which leave it room."""
+        self._below_views.column.addWidget(bar)
 
     def add_above_timeline(self, widget: QWidget) -> None:
         self._timeline_column.insertWidget(0, widget)

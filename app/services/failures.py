@@ -1,4 +1,4 @@
-"""Messages and failures reach the window: over the views, and in the status line."""
+"""Messages and failures reach the window: below the views, and in the status line."""
 
 import sys
 import threading
@@ -86,7 +86,7 @@ SAID_MS = 6000
 
 
 class Notifier:
-    """Messages over the views, and words in the status line."""
+    """Messages below the views, and words in the status line."""
 
     def __init__(self, bar: MessageBar, status: QStatusBar) -> None:
         self._bar, self._status = bar, status

@@ -68,7 +68,8 @@ class CameraDoubts:
 
     def compare_soon(self, changed: Changed | None = None) -> None:
         """Compare again if an edit concerns clicks, or after another project was opened."""
-        if changed is None or changed.tables & {"click", "choice", "landmark_set"}:
+        tables = {"click", "choice", "landmark_set", "camera_use"}
+        if changed is None or changed.tables & tables:
             self._pause.start()
 
     def forget(self) -> None:
@@ -80,5 +81,5 @@ class CameraDoubts:
 def _compared(project: Project, cameras: Mapping[str, Camera]) -> Disagreement | None:
     """Called in the worker's thread; the project may be closed meanwhile."""
     asked = sorted(doubts.frames_asked(project.clicks.frames()))
-    clicks = [click for frame in asked for click in project.clicks.at(frame)]
+    clicks = [click for frame in asked for click in project.clicks.used(frame, frame + 1)]
     return doubts.doubtful_camera(clicks, cameras, project.landmark_set())

@@ -51,10 +51,12 @@ class Part(enum.Flag):
     JUDGEMENT = enum.auto()  # every run is judged as it is; told once for all that has changed
     TRUTH = enum.auto()  # what errors are measured against
     TRIALS = enum.auto()  # what is tried, or would be
+    REMEDIES = enum.auto()  # what was tried on a failure
     FAILURES = enum.auto()  # found, listed or chosen ones of the active run
     INSPECTION = enum.auto()  # whether a frame is inspected, what is known of it, and the stage
     # what is chosen of what is shown
     SELECTION = enum.auto()
+    SCENARIOS = enum.auto()  # the named stretches, or whether results are told of each
     THRESHOLD = enum.auto()
     ACTIVE_VIEW = enum.auto()
     PICTURES = enum.auto()  # another kind in some view, or the views are arranged anew
@@ -72,6 +74,7 @@ class Part(enum.Flag):
     # what a person has to be asked for; news: a path, or several
     IMPORT_WANTED = enum.auto()
     STUDY_WANTED = enum.auto()
+    PARAMETER_WANTED = enum.auto()  # news: its name
     RUN_WANTED = enum.auto()
     RUN_ALONE = enum.auto()  # nobody knows the recording of this run
     RECORDING_MISSING = enum.auto()  # that of this project

@@ -8,6 +8,7 @@ from functools import partial
 from weakref import WeakKeyDictionary
 
 from stereotrack_core.evaluation.failure_segments.find import FailureSearch, explained, stretches_of
+from stereotrack_core.evaluation.failure_segments.reasons import reason_of
 from stereotrack_core.evaluation.failure_segments.segment import (
     CAUSE_WORDS,
     FOUND_WORDS,
@@ -19,8 +20,9 @@ from stereotrack_core.recording.description import Recording
 
 from .base import Base
 from .changes import Part
+from .inspection import Question, question_of
 from .jobs import Job, NewestJob, Task
-from .judgement import JudgementPresenter, Truth
+from .judgement import JudgementPresenter, Truth, reference_at
 from .runs import RunEntry
 from .tracking import TrackPresenter
 
@@ -82,8 +84,20 @@ def looked_at(known: Found, task: Task) -> Found:
     return replace(known, failures=failures, looked=True)
 
 
+def reasoned(known: Found, asked: Sequence[Question | None], task: Task) -> Found:
+    """Failures with the reasons that their recorded first steps give."""
+    failures = list(known.failures)
+    for i, question in enumerate(asked):
+        task.work.step(i / len(asked), f"failure {i + 1} of {len(asked)}")
+        search = None if question is None else question.work().trace.search
+        if search is not None:
+            failures[i] = replace(failures[i], reason=reason_of(search))
+    return replace(known, failures=tuple(failures))
+
+
 _DELAY_MS = 200
 _FINDING, _EXPLAINING = "detecting failures", "classifying causes of failures"
+_REASONING = "finding out why failures begin"
 _AROUND = 0.3  # seconds before and after a failure that its loop shows as well
 
 
@@ -184,22 +198,33 @@ class FailurePresenter:
             document.set_loop(None)
             document.pause()
             return
-        if self.chosen is None:
-            self.choose(next((one for one in self.listed if document.frame in one.frames), None))
+        self.choose(self.at_hand())
         if self.chosen is None:
             words = "Select a failure, or go to a frame inside one."
             self._base.changes.tell(Part.SAID, words)
             return
-        document.set_loop(self._stretch())
+        document.set_loop(self.stretch_of(self.chosen))
         document.play()
 
-    def _stretch(self) -> range | None:
-        chosen, recording = self.chosen, self._document.recording
-        if chosen is None or recording is None:
+    def at_hand(self) -> FailureSegment | None:
+        """The chosen failure, or the one at the playhead."""
+        here = (one for one in self.listed if self._document.frame in one.frames)
+        return self.chosen or next(here, None)
+
+    def stretch_of(self, failure: FailureSegment | None) -> range | None:
+        """Frames of a failure, and a few before and after it."""
+        recording = self._document.recording
+        if failure is None or recording is None:
             return None
         around = round(_AROUND * recording.fps)
-        last = min(chosen.last + around, self._document.frame_count - 1)
-        return range(max(0, chosen.first - around), last + 1)
+        last = min(failure.last + around, self._document.frame_count - 1)
+        return range(max(0, failure.first - around), last + 1)
+
+    def begin_of(self, failure: FailureSegment) -> None:
+        """Choose a failure and go to the frame in which it begins."""
+        self.choose(failure)
+        self._document.pause()
+        self._document.go_to(failure.first)
 
     # ---- finding
 
@@ -223,6 +248,34 @@ class FailurePresenter:
         if known.search is not None and known.failures:
             self._begin(entry, (known.state, True), _EXPLAINING, partial(looked_at, known))
 
+    def why_no_reasons(self) -> str:
+        """Why it cannot be found out why the failures begin, as a sentence."""
+        if none := self.none_listed():
+            return none
+        found, entry = self.found, self._runs.active
+        if entry is None or entry.made_with() is None:
+            return "The run does not state its settings. Run the tracker first."
+        if found is None or found.search is None or found.search.reference is None:
+            return "There is no reference. Choose one under Track, Errors against."
+        return "" if self.settled() else "Failures are still being detected or classified."
+
+    def find_reasons(self) -> None:
+        """Have the step in which each failure begins done again, beside the true arms' cost."""
+        entry, known, settings = self._runs.active, self.found, None
+        if entry is not None:
+            settings = entry.made_with()
+        if entry is None or known is None or settings is None or self.why_no_reasons():
+            return
+        reference = None if known.search is None else known.search.reference
+        process, asked = self._base.processes.trials, list[Question | None]()
+        for one in known.failures:
+            truth = reference_at(reference, one.first)
+            there = truth is not None and entry.at(one.first) is not None
+            about = (one.first, self._track, process, entry, settings, truth)
+            asked.append(question_of(*about) if there else None)
+        work = partial(reasoned, known, asked)
+        self._begin(entry, (known.state, len(asked), "why"), _REASONING, work)
+
     def _threshold(self) -> float:
         """Error in degrees from which a failure begins."""
         judgement = self._judging.of(self._runs.active)
@@ -240,6 +293,6 @@ class FailurePresenter:
             self._tell()
 
     def _tell(self) -> None:
-        if self.looping:
-            self._document.set_loop(self._stretch())
+        if self.looping and (stretch := self.stretch_of(self.chosen)):
+            self._document.set_loop(stretch)
         self._base.changes.tell(Part.FAILURES)

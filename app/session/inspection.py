@@ -9,6 +9,7 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
+from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.model import body_of_subject
 from stereotrack_core.errors import InputError
 from stereotrack_core.tracking.estimate import Estimate
@@ -251,8 +252,12 @@ def question_of(
     process: TaskProcess,
     entry: RunEntry | None,
     settings: Settings,
+    truth: FloatArray | None = None,
 ) -> Question:
-    """About a frame of a run, or about one that no run knows."""
+    """About a frame of a run, or about one that no run knows.
+
+    True landmarks (9, 3) are recorded beside the step, which never sees them.
+    """
     kept = track.kept
     assert kept is not None  # noqa: S101 - there are no frames without
     seen = (entry.at(k) if entry is not None else None for k in (frame - 1, frame))
@@ -263,7 +268,8 @@ def question_of(
     meta = entry.stored.meta if entry is not None and entry.stored is not None else {}
     of_frame = None if entry is None else entry.at(frame)
     looked = None if of_frame is None else of_frame.keypoints
-    task = RecordStep(kept, frame, settings, make, before, here, keypoints, looked)
+    views = tuple((spec and spec.views) or ())
+    task = RecordStep(kept, frame, settings, make, before, here, keypoints, looked, truth, views)
     more = _SMOOTHED if meta.get("smoothed") else ""
     if entry is not None and any(a <= frame <= b for a, b in entry.looked_again):
         more += _LOOKED_AGAIN
@@ -314,8 +320,11 @@ _SOON_MS = 60
 class InspectionPresenter:
     """Has the step of the frame that is shown recorded, and goes through its stages."""
 
-    def __init__(self, base: Base, track: TrackPresenter) -> None:
+    def __init__(
+        self, base: Base, track: TrackPresenter, true_landmarks: Callable[[int], FloatArray | None]
+    ) -> None:
         self._base, self._document, self._track = base, base.document, track
+        self._true_landmarks = true_landmarks
         self.on = False
         """Whether the frame that is shown is inspected."""
         self._asked: Question | None = None
@@ -414,9 +423,8 @@ class InspectionPresenter:
             return
         known = None if asked is None else (asked.frame, asked.source, asked.settings)
         if known != (frame, entry, settings):
-            self._asked = question_of(
-                frame, self._track, self._base.processes.trials, entry, settings
-            )
+            process, truth = self._base.processes.trials, self._true_landmarks(frame)
+            self._asked = question_of(frame, self._track, process, entry, settings, truth)
             self._newest.ask()
             self._tell()
 

@@ -87,6 +87,11 @@ class Task:
     def title(self) -> str:
         return self.job.title
 
+    @property
+    def seconds(self) -> float:
+        """Time since it was begun."""
+        return time.monotonic() - self._begun
+
     def start(self, thread: WorkThread, ended: Callable[[Any, Exception | None], object]) -> None:
         """Do the work in a thread; `ended` gets result and error in the window's thread."""
         self._ended.clear()
@@ -158,8 +163,7 @@ class Task:
 
     def says(self) -> str:
         """What is being done: ``Writing report, reading images, 40 %, about 3 s left``."""
-        seconds = time.monotonic() - self._begun
-        far = how_far(self.share, seconds) if seconds > _AT_ONCE_S else ""
+        far = how_far(self.share, self.seconds) if self.seconds > _AT_ONCE_S else ""
         return ", ".join(part for part in (self.title, self.words, far) if part)
 
     def _pass_on(self) -> None:

@@ -100,6 +100,11 @@ class Judgement:
     def words(self) -> str:
         return "angular error" if self.measure == "error" else "standard deviation"
 
+    @property
+    def arms(self) -> FloatArray:
+        """Degrees (4, F) of the arm segments."""
+        return np.array([values for limb, values in self.limbs.items() if "arm" in limb])
+
     def errors_at(self, frame: int) -> dict[str, float]:
         """Angles against the reference in a frame, degrees; of the limbs that it knows there."""
         if self.measure != "error":
@@ -181,18 +186,34 @@ def doubts(tracked: TrackedFrame) -> dict[str, str]:
     return {LIMBS[i]: "likely wrong" if chance[i] > LOST_SHARE else "uncertain" for i in order}
 
 
-def score_words(judgement: Judgement | None, *, short: bool = False) -> str:
-    """Median over frames and arm segments, or how uncertain the tracker is where no truth is."""
+def arms_mean(judgement: Judgement | None, frames: IntArray | None = None) -> float:
+    """The score of a run: mean over frames and arm segments, degrees; NaN if unknown.
+
+    The angle against the reference, or the tracker's standard deviation without one.
+    """
     if judgement is None:
-        return ""
-    arms = [values for limb, values in judgement.limbs.items() if "arm" in limb]
-    values = np.concatenate(arms) if arms else np.empty(0)
-    values = values[np.isfinite(values)]
-    if not len(values):
+        return float("nan")
+    arms = judgement.arms
+    known = arms if frames is None else arms[:, np.isin(judgement.frame, frames)]
+    known = known[np.isfinite(known)]
+    return float(known.mean()) if len(known) else float("nan")
+
+
+def worst_frame(judgement: Judgement) -> int | None:
+    """The frame in which an arm segment is worst; None if nothing is known."""
+    if not np.isfinite(judgement.arms).any():
+        return None
+    place = int(np.nanargmax(judgement.arms)) % len(judgement.frame)
+    return int(judgement.frame[place])
+
+
+def score_words(judgement: Judgement | None) -> str:
+    """The score of a run with its unit, and how good the reference is where it says so."""
+    score = arms_mean(judgement)
+    if judgement is None or not np.isfinite(score):
         return ""
     sign = "" if judgement.measure == "error" else "± "
-    stated = with_quality(f"{sign}{np.median(values):.1f}°", arms_good_to(judgement.quality))
-    return stated.replace("reference uncertainty", "±") if short else stated
+    return with_quality(f"{sign}{score:.1f}°", arms_good_to(judgement.quality))
 
 
 _INTERVAL_MS = 250

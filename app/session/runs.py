@@ -160,6 +160,7 @@ class RunList:
         self.entries: tuple[RunEntry, ...] = ()
         self.active: RunEntry | None = None
         self._chosen: RunEntry | None = None
+        self._before: RunEntry | None = None  # the run that was active before this one
         self._made = 0
 
     @property
@@ -199,7 +200,7 @@ class RunList:
     def add(self, entry: RunEntry, *, active: bool = True) -> None:
         self.entries = (*self.entries, entry)
         if active:
-            self.active = entry
+            self._before, self.active = self.active, entry
         self.tell(_BOTH if active else Part.RUNS)
 
     def remove(self, entry: RunEntry) -> None:
@@ -217,7 +218,7 @@ class RunList:
 
     def activate(self, entry: RunEntry) -> None:
         if entry is not self.active:
-            self.active = entry
+            self._before, self.active = self.active, entry
             entry.visible = True
             self.tell(_BOTH)
 
@@ -234,6 +235,16 @@ class RunList:
         entries = self.entries
         if self.active is not None:
             self.activate(entries[(entries.index(self.active) + 1) % len(entries)])
+
+    @property
+    def before(self) -> RunEntry | None:
+        """The run that was active before this one, or the next one where that is gone."""
+        others = [one for one in self.entries if one is not self.active]
+        return self._before if self._before in others else others[0] if others else None
+
+    def activate_last(self) -> None:
+        if (before := self.before) is not None:
+            self.activate(before)
 
     def rename(self, entry: RunEntry, name: str) -> None:
         if name.strip() and name != entry.name:
@@ -293,6 +304,7 @@ class LiveRun:
         """Whether it detects keypoints in mono views before its first frame."""
         self.held = False
         """Whether it waits for leave to go on, with every frame fetched."""
+        self.start_words = ""  # where its first pose is from, if another run has given it
         self.progress: run_process.Preparing | None = None
         """Progress of what comes before the first frame."""
         self.waiting: list[TrackedFrame] = []
@@ -317,7 +329,9 @@ class LiveRun:
                     self._stage_begun = time.monotonic()
                 self.progress = word
             case run_process.Prepared():
-                self.entry.body, self.entry.origin = word.body, word.origin
+                origin, words = word.origin, self.start_words
+                meta = {**origin.meta, "init": words} if words else origin.meta
+                self.entry.body, self.entry.origin = word.body, replace(origin, meta=meta)
             case run_process.Tracked():
                 self.waiting.append(word.frame)
                 self.entry.wall_seconds, self.progress = word.seconds, None

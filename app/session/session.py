@@ -6,13 +6,17 @@ from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 
+from stereotrack_core.annotation.predict import clicked_landmarks
+from stereotrack_core.arrays import FloatArray
 from stereotrack_core.errors import InputError
 from stereotrack_core.experiments.run_process import load
 from stereotrack_core.interop.run_file import holds_run, is_run_of, recording_of_run_file
 from stereotrack_core.pose_model.detect import DETECTOR_NAME
 from stereotrack_core.pose_model.installation import is_installed
+from stereotrack_core.project.history import Changed
+from stereotrack_core.project.scenarios import segments_of
 from stereotrack_core.project.whereabouts import SUFFIX
-from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.description import Recording, Segment
 from stereotrack_core.recording.folder import DESCRIPTION
 from stereotrack_core.recording.importing.sources import is_media, is_unmade
 from stereotrack_core.recording.selection import gives_depth
@@ -29,17 +33,17 @@ from .failures import FailurePresenter
 from .inspection import InspectionPresenter
 from .instant import CloudPresenter, InstantPresenter
 from .jobs import Job, NewestJob, Task
-from .judgement import Judgement, JudgementPresenter, Truth
+from .judgement import Judgement, JudgementPresenter, Truth, reference_at
 from .keypoints import KeypointPresenter
-from .messages import Message, stored_texts
+from .messages import stored_texts
 from .project import ProjectPresenter
+from .remedies import RemedyPresenter
 from .runs import RunEntry, RunStyle
 from .study import StudyPresenter
 from .tracking import TrackPresenter
 from .trials import TrialPresenter
 
 _FEWEST_VIEWS = 2  # mono views with keypoints that can be tracked without depth
-_GUESSED = "Landmarks can be clicked. 3-D positions, fitting and tracking need a calibration."
 _RECENT = "recent"  # key of the paths that were opened last
 MOST_RECENT = 10
 _DETECTOR_HELPS = "The pose detector finds them, too: choose Track, Install pose detector …"
@@ -122,9 +126,12 @@ class Session(Base):
         self.clouds.parameters = self.track.settings.depth
         self._follow()
         self.trials = TrialPresenter(self, self.track, self.judging, self.instant, self.not_tried)
-        self.inspection = InspectionPresenter(self, self.track)
+        self.inspection = InspectionPresenter(self, self.track, self.true_landmarks)
         self.failures = FailurePresenter(self, self.track, self.judging)
+        self.remedies = RemedyPresenter(self, self.track, self.judging, self.failures)
         self.study = StudyPresenter(self, self.track)
+        self.losses: list[Callable[[], str]] = [self._lost_runs, self.trials.lost_words]
+        """Each says what would be lost by quitting now, empty for nothing."""
         self.tasks.watch(self.settled)
 
     def _follow(self) -> None:
@@ -132,6 +139,7 @@ class Session(Base):
         watch, hear = self.changes.watch, self.changes.hear
         # what undo does next is known before anybody asks for it, and so is the subject
         hear(Part.EDIT, self.edits.follow)
+        hear(Part.EDIT, self._on_edit)
         watch(PROJECT, lambda: self.edits.set_project(self.project.project))
         watch(PROJECT, lambda: self.track.kept)  # a damaged subject is told at once
         # keypoints of another project come before what is drawn and tracked with them
@@ -150,6 +158,15 @@ class Session(Base):
         watch(Part.TRACKING, self.instant.on_tracking)
         watch(Part.SETTINGS, self._on_settings)
         watch(Part.ACTIVE_RUN, self._take_detected)
+
+    def true_landmarks(self, frame: int) -> FloatArray | None:
+        """Landmarks (9, 3) of a frame by the reference, else by clicks; None where neither is."""
+        truth, project = self.judging.truth, self.project.project
+        points = None if truth is None else reference_at(truth.trajectory, frame)
+        recording = self.document.recording
+        if points is None and project is not None and recording is not None:
+            points = clicked_landmarks(recording.cameras, project.clicks.at(frame))
+        return points
 
     @property
     def snapshot(self) -> Snapshot:
@@ -172,9 +189,19 @@ class Session(Base):
     def settled(self) -> bool:
         parts = (
             *(self.document, self.judging, self.cameras, self.instant),
-            *(self.trials, self.inspection, self.failures),
+            *(self.trials, self.inspection, self.failures, self.remedies),
         )
         return not self.track.running and all(part.settled() for part in parts)
+
+    def would_be_lost(self) -> tuple[str, ...]:
+        """What could not be brought back after quitting, in words."""
+        return tuple(words for lost in self.losses if (words := lost()))
+
+    def _lost_runs(self) -> str:
+        runs = (e for e in self.runs.entries if e.kind == "run" and e.frames and not e.kept)
+        names = [entry.name for entry in runs if entry.path is None]
+        kept_soon = not self.project.why_no_edit()
+        return "" if kept_soon or not names else f"runs without a project: {', '.join(names)}"
 
     def close(self) -> None:
         """End all work and close what is open, with the window."""
@@ -289,6 +316,15 @@ class Session(Base):
         self.settings.setValue(_RECENT, [str(path) for path in (opened, *others)][:MOST_RECENT])
         self.changes.tell(Part.RECENT)
 
+    def segments(self) -> tuple[Segment, ...]:
+        """Named stretches of the recording and of the project."""
+        recording = self.document.recording
+        return () if recording is None else segments_of(self.project.project, recording)
+
+    def _on_edit(self, changed: Changed) -> None:
+        if "scenario" in changed.tables:
+            self.changes.tell(Part.SCENARIOS)
+
     # ---- why something cannot be done now, in sentences
 
     def no_recording(self) -> str:
@@ -379,9 +415,6 @@ class Session(Base):
             self._warm("starting the process that tracks", partial(self.processes.run, load))
         if refused is not None:
             self.tasks.failed(refused)
-        if recording is not None and recording.guessed:
-            what = "the cameras of this recording are guessed from the size of the images"
-            self.tell(Message("note", what, recording.name, _GUESSED))
         self.project.follow_recording()
         self._remember()
 

@@ -58,6 +58,23 @@ FIRST_POSES: dict[str, tuple[str, str]] = {
 """Where a run's first pose may come from, as a title and a sentence."""
 
 
+@dataclass(frozen=True, eq=False)
+class KnownStart:
+    """First pose of a run that another one gives."""
+
+    pose: Pose
+    run: RunEntry
+    words: str  # ``from run 1: accurate, frame 48``
+
+    @staticmethod
+    def of(run: RunEntry, frame: int) -> KnownStart | None:
+        """The pose in a frame; None if the run has none there."""
+        tracked = run.at(frame)
+        if tracked is None or tracked.pose is None:
+            return None
+        return KnownStart(tracked.pose, run, f"from run {run.name}, frame {frame}")
+
+
 @dataclass(frozen=True)
 class Chosen:
     """What is tracked with: a preset, its values, and the values as they are."""
@@ -169,9 +186,10 @@ class TrackPresenter:
     def run_from_here(self) -> None:
         self._begin(range(self._document.frame, self._document.frame_count), float("inf"))
 
-    def run_selection(self) -> None:
-        if self._view_state.selection:
-            self._begin(self._view_state.selection, float("inf"))
+    def run_selection(self) -> KnownStart | None:
+        """Track the selected frames; where the first pose is from, if another run has given it."""
+        selected = self._view_state.selection
+        return self._begin(selected, float("inf")) if selected else None
 
     def _go_on_or_begin(self, allowed: float) -> None:
         self._document.pause()
@@ -181,24 +199,27 @@ class TrackPresenter:
         elif self.live.settings != self.settings:
             # settings belong to a run as a whole: what follows is another one
             wanted, done = entry.wanted, entry.frames
-            pose = done[max(done)].pose if done else None
-            self._begin(wanted[len(done) :] or range(wanted.stop), allowed, pose)
+            start = KnownStart.of(entry, max(done)) if done else None
+            self._begin(wanted[len(done) :] or range(wanted.stop), allowed, start)
         else:
             self.go_on(allowed)
 
-    def _begin(self, frames: range, allowed: float, pose: Pose | None = None) -> RunEntry | None:
+    def _begin(
+        self, frames: range, allowed: float, start: KnownStart | None = None
+    ) -> KnownStart | None:
         recording = self._document.recording
-        if recording is None or not len(frames):
+        if recording is None or not len(frames) or self._told_of(recording, frames, allowed, start):
             return None
-        if self._told_of(recording, frames, allowed, pose):
-            return None
-        start = pose if pose is not None else self._known_pose(frames.start)
+        start = start or self._known_start(frames.start)
         self._document.pause()
-        init = start if start is not None else self.first_pose
-        return self.begin(recording, frames, init, allowed=allowed)
+        init = self.first_pose if start is None else start.pose
+        self.begin(recording, frames, init, allowed=allowed, start=start)
+        if start is not None:
+            self._changes.tell(Part.SAID, f"The initial pose is {start.words}.")
+        return start
 
     def _told_of(
-        self, recording: Recording, frames: range, allowed: float, pose: Pose | None
+        self, recording: Recording, frames: range, allowed: float, start: KnownStart | None
     ) -> bool:
         """Say once why a recording should not be tracked; whether that was done now."""
         found = self._document.hindrances()
@@ -208,30 +229,35 @@ class TrackPresenter:
         def nevertheless() -> None:
             self._despite_errors = recording
             if self._document.recording is recording:
-                self._begin(frames, allowed, pose)
+                self._begin(frames, allowed, start)
 
         first, button = found[0], "Track nevertheless"
         what = f"it would not be tracked correctly: {first.what}"
         self._tell(Message("error", what, first.where, first.remedy, button, nevertheless))
         return True
 
-    def _known_pose(self, frame: int) -> Pose | None:
+    def _known_start(self, frame: int) -> KnownStart | None:
         """Pose of the active run just before a frame, or at it; the first frame starts anew."""
         active = self._runs.active
         if active is None or frame == 0:
             return None
-        for known in (frame - 1, frame):
-            tracked = active.at(known)
-            if tracked is not None and tracked.pose is not None:
-                return tracked.pose
-        return None
+        return KnownStart.of(active, frame - 1) or KnownStart.of(active, frame)
 
     # ---- the run in progress
 
     def begin(
-        self, recording: Recording, frames: range, init: FirstPose, *, allowed: float = float("inf")
+        self,
+        recording: Recording,
+        frames: range,
+        init: FirstPose,
+        *,
+        allowed: float = float("inf"),
+        start: KnownStart | None = None,
     ) -> RunEntry:
-        """Begin a new run; the one in progress ends and keeps what it has."""
+        """Begin a new run; the one in progress ends and keeps what it has.
+
+        `start` says where a pose as `init` is from.
+        """
         self.stop()
         subject, project = self._project.subject(), self._project.project
         body = body_of_subject(subject, self.settings.body)
@@ -245,6 +271,7 @@ class TrackPresenter:
         unaided = dataclasses.replace(recording, reference=None, subject=subject)
         task = run_process.RunTask(unaided, spec, entry.journal, run_process.Allow(allowed, 0))
         live = self.live = LiveRun(entry, task, self._process, self._tasks)
+        live.start_words = "" if start is None else start.words
         live.order(run_process.Show(self._depths))
         work = partial(Task.in_process, process=self._process, todo=task)
         failed, ended = partial(self._on_failed, live), partial(self._on_ended, live)

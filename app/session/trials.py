@@ -13,6 +13,7 @@ import numpy as np
 from stereotrack_core.body.model import body_of_subject
 from stereotrack_core.body.parameters import BodyShape
 from stereotrack_core.body.proportions import Proportions
+from stereotrack_core.counting import counted
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.stored import began_of, shape_of_meta
@@ -24,13 +25,14 @@ from .base import Base
 from .changes import Part
 from .instant import InstantPresenter
 from .jobs import Job, NewestJob, Task
-from .judgement import JudgementPresenter
+from .judgement import JudgementPresenter, worst_frame
 from .runs import RunEntry
 from .tracking import TrackPresenter
 
 _AHEAD_MS = 400
 _PAUSE_MS = 100  # time without a further change after which a trial begins
 _SECONDS = 2.0  # length of the stretch around the frame where nothing is selected
+_LOOP_SECONDS = 0.5  # played before and after the worst frame of a trial
 
 
 class TrialPresenter:
@@ -53,13 +55,19 @@ class TrialPresenter:
         self._job, self._ahead = NewestJob(base.tasks), NewestJob(base.tasks, quiet=True)
         self.live = True
         """Whether a change is tried at once, in the workspace Tune."""
+        self.loops = True
+        """Whether the frames around the worst one of a trial are played, when it has ended."""
+        self._loop: range | None = None
         self.running: RunEntry | None = None
+        self._becomes_run = False  # whether what is tracked is made the active run at its end
+        self._ended: RunEntry | None = None  # the trial that is looked at when it is judged
         self._pause = base.later(self.run, _PAUSE_MS)
         self._soon = base.later(self._make_clouds, _AHEAD_MS)
         watch = base.changes.watch
         watch(Part.RUNS, self._on_runs)
         watch(Part.SETTINGS, self._on_settings)
         watch(Part.WORKSPACE, self._on_workspace)
+        watch(Part.JUDGEMENT, self._show_worst)
         watch(Part.ACTIVE_RUN | Part.SELECTION | Part.WORKSPACE, self._make_clouds_soon)
         watch(Part.LEAVING, self.stop)
 
@@ -98,7 +106,7 @@ class TrialPresenter:
         kept, seen = track.kept, track.keypoints.for_trial(track.settings, stretch)
         spec = RunSpec(track.settings, track.preset, stretch, init=track.first_pose, keypoints=seen)
         views = () if kept is None else kept.views
-        return Trial(spec) if base is None else _trial_beside(base, spec, views)
+        return Trial(spec) if base is None else trial_beside(base, spec, views)
 
     def words(self) -> str:
         entry = self.running
@@ -122,6 +130,11 @@ class TrialPresenter:
         self.live = not self.live
         self._tell(Part.TRIALS)
 
+    def toggle_loops(self) -> None:
+        self.loops = not self.loops
+        self._end_loop()
+        self._tell(Part.TRIALS)
+
     def run(self) -> None:
         self.cancel()
         trial = self.wanted()
@@ -129,9 +142,20 @@ class TrialPresenter:
             self.begin(trial)
         self._tell(Part.TRIALS)
 
+    def run_as(self, run: RunEntry, stretch: range) -> None:
+        """Track frames from the state that a run had before them, as a run of its own."""
+        self._track.stop()
+        self.cancel()
+        self._runs.activate(run)
+        self._state.select(stretch)
+        if (trial := self.wanted()) is not None:
+            self.begin(trial)
+            self._becomes_run = True
+
     def begin(self, trial: Trial) -> None:
         """Have a trial tracked; without a run to compare with it is the first one."""
         self._make_no_clouds()
+        self._becomes_run = False
         entry, kept = self._new_entry(trial), self._track.kept
         assert kept is not None  # noqa: S101 - there are no trials without
         self._runs.add(entry, active=self._runs.active is None)
@@ -153,6 +177,20 @@ class TrialPresenter:
         for entry in self.entries:
             if entry in entries:
                 self._runs.remove(entry)
+
+    def lost_words(self) -> str:
+        """``3 trials``; empty without any."""
+        count = sum(bool(entry.frames) for entry in self.entries)
+        return counted(count, "trial") if count else ""
+
+    def keep(self) -> None:
+        """Make runs of all trials, of the one that is tracked with the frames that it has."""
+        self._pause.stop()
+        self._job.give_up()
+        self.running = None
+        for entry in self.entries:
+            if entry.frames:
+                self.make_run(entry)
 
     def make_run(self, entry: RunEntry) -> None:
         if entry is not self.running and entry in self.entries:
@@ -179,7 +217,8 @@ class TrialPresenter:
 
     def _on_workspace(self) -> None:
         if not self._is_tuning:
-            self.cancel()
+            self._pause.stop()
+            self._end_loop()
 
     def _on_runs(self) -> None:
         if self.running is not None and self.running not in self._runs.entries:
@@ -259,10 +298,37 @@ class TrialPresenter:
         self.running = None
         if entry.frames:
             self._base.edits.close_last()  # who changes a value again may want this one back
+            self._ended = entry
             self._judging.judge()
+            if self._becomes_run:
+                self.make_run(entry)
         else:
             self._runs.remove(entry)
         self._tell(Part.TRIALS)
+
+    def _show_worst(self) -> None:
+        """Go to the worst frame of the trial that has ended, and play around it if wanted."""
+        entry, document = self._ended, self._base.document
+        judgement, recording = self._judging.of(entry), document.recording
+        if entry is None or judgement is None or not self._judging.settled():
+            return
+        self._ended, worst = None, worst_frame(judgement)
+        if worst is None or recording is None or not self._is_tuning:
+            return
+        document.go_to(worst)
+        if self.loops:
+            around, wanted = max(round(_LOOP_SECONDS * recording.fps), 1), entry.wanted
+            first, end = max(worst - around, wanted.start), min(worst + around + 1, wanted.stop)
+            self._loop = range(first, end)
+            document.set_loop(self._loop)
+            document.play()
+
+    def _end_loop(self) -> None:
+        document = self._base.document
+        if self._loop is not None and document.loop == self._loop:
+            document.set_loop(None)
+            document.pause()
+        self._loop = None
 
 
 def _on_failed(error: Exception) -> None:
@@ -270,7 +336,7 @@ def _on_failed(error: Exception) -> None:
     logging.getLogger(__name__).error("clouds could not be precomputed", exc_info=error)
 
 
-def _trial_beside(run: RunEntry, spec: RunSpec, views: Sequence[str]) -> Trial:
+def trial_beside(run: RunEntry, spec: RunSpec, views: Sequence[str]) -> Trial:
     """The trial to track a stretch from where a run was; by itself where it was nowhere near.
 
     `spec` has settings, stretch and the first pose if the run states none; `views` are those that

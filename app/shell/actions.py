@@ -101,7 +101,7 @@ def _help_and_file(dialogs: Dialogs, messages: MessageBar, guide: Help) -> list[
                 "Ctrl+K", "palette-of-commands", section=True),
         command("shortcuts", "Shortcuts …", "Change the keyboard shortcuts of commands.",
                 dialogs.show_shortcuts, "Ctrl+Alt+K", "settings"),
-        command("close_message", "Dismiss message", "Dismiss the message over the views.",
+        command("close_message", "Dismiss message", "Dismiss the message below the views.",
                 messages.dismiss, "Esc", "close", why_not=no_message),
         command("about", "About stereotrack", "Version, and the location of the log file.",
                 dialogs.show_about, icon="info"),
@@ -118,14 +118,14 @@ _TRACK = (
     *("run", "pause", "step", "look_inside", "run_here", "stop", ""),
     *("overlay_points", "overlay_correspondences"),
 )
-_ANNOTATE = ("undo", "redo", "accept", "", *(f"overlay_{name}" for name in CLICK_OVERLAYS))
+_ANNOTATE = ("undo", "redo", "accept_frame", "", *(f"overlay_{name}" for name in CLICK_OVERLAYS))
 _VIEWS = (
     *("overlay_outline", "overlay_reference", ""),
     *("arrange_grid", "arrange_one-and-more", "arrange_single", "keep_person", "loupe"),
 )
 
 
-_WORDS = {"run": "Run", "accept": "Accept"}  # written beside the icons of the main actions
+_WORDS = {"run": "Run", "accept_frame": "Accept"}  # written beside the icons of the main actions
 
 
 class Toolbars:

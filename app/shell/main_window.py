@@ -7,10 +7,12 @@ from pathlib import Path
 from PySide6.QtCore import QMimeData, QSettings, QSize, Qt, QTimer
 from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QResizeEvent
 from PySide6.QtWidgets import (
+    QCheckBox,
     QFrame,
     QListWidget,
     QListWidgetItem,
     QMainWindow,
+    QMessageBox,
     QPushButton,
     QWidget,
 )
@@ -127,11 +129,13 @@ class MainWindow(QMainWindow):
         self.welcome = WelcomePage(
             lambda name: self.context.actions.action(name).trigger(), self.context.session.open
         )
-        self.context.docks.lay_over_views(self.messages)
+        self.context.docks.add_below_views(self.messages)
         self.context.docks.middle.addWidget(self.welcome)
         self.status = StatusLine(self.statusBar(), self.context)
         self.help = Help(self, self.context)
         self._is_told_to_close = False
+        self.asks_before_quitting = True
+        """Whether it asks, where something would be lost."""
         self._connect()
 
     def draw(self) -> None:
@@ -211,6 +215,10 @@ class MainWindow(QMainWindow):
 
     def closeEvent(self, event: QCloseEvent) -> None:
         """Close when all that was promised is written; exports are waited for only once."""
+        if self.asks_before_quitting and (lost := self.context.session.would_be_lost()):
+            event.ignore()
+            self._ask_to_quit(lost)
+            return
         tasks, exports = self.context.tasks, not self._is_told_to_close
         if waits_for := tasks.promised(exports=exports):
             event.ignore()
@@ -227,6 +235,28 @@ class MainWindow(QMainWindow):
         self.context.session.close()
         self.context.settings.sync()
         event.accept()
+
+    def _ask_to_quit(self, lost: Sequence[str]) -> None:
+        trials, session = self.context.session.trials, self.context.session
+        box = QMessageBox(QMessageBox.Icon.Question, "Quit", "Quit now? This would be lost:")
+        box.setParent(self, Qt.WindowType.Dialog)
+        box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        box.setInformativeText("\n".join(f"• {words}" for words in lost))
+        quits = box.addButton("Quit", QMessageBox.ButtonRole.DestructiveRole)
+        box.setDefaultButton(box.addButton(QMessageBox.StandardButton.Cancel))
+        stores = QCheckBox("Store the trials as runs of the project")
+        if trials.lost_words() and not session.no_edit():
+            box.setCheckBox(stores)
+
+        def answered() -> None:
+            if box.clickedButton() is quits:
+                if stores.isChecked():
+                    trials.keep()
+                self.asks_before_quitting = False
+                self.close()
+
+        box.finished.connect(answered)
+        box.open()
 
     def _close_soon(self) -> None:
         QTimer.singleShot(0, self, self._close_if_shown)

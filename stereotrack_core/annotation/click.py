@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
 from enum import IntEnum
-from math import isfinite
+from math import isfinite, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -16,8 +17,9 @@ from stereotrack_core.recording.landmarks import LANDMARKS
 
 UNCERTAIN = "uncertain"  # flag of a click that its author doubts
 ACCEPTED = "accepted"  # origin of a click that was a prediction before
+DETECTED = "detector"  # origin of a click that was a detector's keypoint before
 _BY_HAND, _CLICKED = "hand", "clicked"  # the same origin in projects and in files
-_FILED = (ACCEPTED, "merged")
+_FILED = (ACCEPTED, DETECTED, "merged")
 GUESSED_FACTOR = 3.0  # on the standard deviation of clicks guessed behind something
 _DOUBTED_FACTOR = 2.0  # factor on the standard deviation of clicks that their author doubts
 FARTHEST = 2.0**31  # pixels: far beyond every image, and below what drawing cannot deal with
@@ -52,7 +54,8 @@ class Click:
     visibility: Visibility = Visibility.SEEN  # seen, guessed behind something, or outside
     flag: str = ""  # empty, or a word such as :data:`UNCERTAIN`
     sigma: float | None = None  # standard deviation, pixels per axis; None: the landmark's usual
-    origin: str = _BY_HAND  # ``hand``, ``accepted``, ``imported`` or ``merged`` (mean of two)
+    origin: str = _BY_HAND
+    """``hand``, ``accepted``, ``detector``, ``imported`` or ``merged`` (mean of two)."""
     who: str = ""  # annotator; empty until the project stamps it
     at: str = ""  # time of the last change, ISO 8601, UTC; empty until the project stamps it
     deleted: bool = False  # a person took it away. The position is the last one that it had.
@@ -74,8 +77,13 @@ class Click:
 
     @property
     def source(self) -> str:
-        """Its origin as files state it: ``clicked``, ``accepted``, ``imported`` or ``merged``."""
+        """Its origin as files state it: ``clicked`` if it was placed by hand."""
         return _CLICKED if self.origin == _BY_HAND else self.origin
+
+    @property
+    def accepted(self) -> bool:
+        """Whether the program placed it, and a person only agreed."""
+        return self.origin in (ACCEPTED, DETECTED)
 
     def says_the_same(self, other: Click) -> bool:
         """Whether the other states the same, whoever did it, when, and how."""
@@ -110,11 +118,21 @@ def measurements(
     names: Collection[str],
     default_sigma: Mapping[str, float] | float = USUAL_SIGMA,
 ) -> tuple[Click, ...]:
-    """Clicks of these landmarks with a position, not deleted, each with its sigma in pixels."""
-    return tuple(
-        replace(click, sigma=sigma_of(click, default_sigma))
+    """Clicks of these landmarks with a position, not deleted, each with its sigma in pixels.
+
+    What was accepted of a landmark in N images of a frame is off in all of them alike and tells
+    only once, so sigma is larger by the root of N.
+    """
+    found = [
+        click
         for click in clicks
         if not click.deleted and click.position is not None and click.landmark in names
+    ]
+    accepted = Counter((one.frame, one.landmark) for one in found if one.accepted)
+    alike = (accepted[c.frame, c.landmark] if c.accepted else 1 for c in found)
+    return tuple(
+        replace(one, sigma=sqrt(count) * sigma_of(one, default_sigma))
+        for one, count in zip(found, alike, strict=True)
     )
 
 

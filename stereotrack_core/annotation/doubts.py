@@ -12,10 +12,11 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations, product
+from typing import Literal, TypeAlias
 
 import numpy as np
 
-from stereotrack_core.annotation.click import ACCEPTED, USUAL_SIGMA, Click, ClickKey
+from stereotrack_core.annotation.click import USUAL_SIGMA, Click, ClickKey
 from stereotrack_core.annotation.click_points import ClickPixels, click_pixels
 from stereotrack_core.annotation.fit.results import PROBABLE, TrajectoryFit
 from stereotrack_core.annotation.landmark_set import LandmarkSet
@@ -159,7 +160,7 @@ def residuals_by_camera(
 def _compared(
     clicks: Iterable[Click], cameras: Mapping[str, Camera], names: Sequence[str]
 ) -> ClickPixels:
-    own = [click for click in clicks if click.origin != ACCEPTED]
+    own = [click for click in clicks if not click.accepted]
     asked = frames_asked(np.unique([click.frame for click in own]).astype(np.int64))
     return click_pixels([click for click in own if click.frame in asked], cameras, names)
 
@@ -237,6 +238,12 @@ def _wrong_ones(point: PredictedPoint | None, limit: float) -> tuple[str, ...]:
 
 _HIGH_RESIDUAL = 4.0  # usual sigmas from which a residual is worth a look
 _LIMB_LENGTH = 0.3  # metres; what a place that is off does to a direction
+_USUAL_DISTANCE = 3.0  # metres from a camera to the person
+
+
+DoubtKind: TypeAlias = Literal["place", "appearance", "swapped", "camera"]
+"""Ways in which a click can be wrong: far from the fit, by its image, by its side, by its camera.
+"""
 
 
 @dataclass(frozen=True)
@@ -246,6 +253,12 @@ class Doubt:
     outlier_probability: float
     angle_deg: float  # what its residual would do to a limb, degrees
     words: str
+    kind: DoubtKind = "place"
+
+
+def angle_of_residual(pixels: float, camera: Camera, distance: float = _USUAL_DISTANCE) -> float:
+    """Degrees by which a residual turns a limb at this distance from the camera, metres."""
+    return math.degrees(math.atan2(pixels * distance / camera.focal, _LIMB_LENGTH))
 
 
 def doubts_of(
@@ -263,8 +276,8 @@ def doubts_of(
         if key.frame not in rows or key.landmark not in fit.names:
             continue
         point = fit.landmarks[rows[key.frame], fit.names.index(key.landmark)]
-        off = length * float(np.linalg.norm(point - camera.position_world)) / camera.focal
-        angle = float(np.nan_to_num(np.degrees(np.arctan2(off, _LIMB_LENGTH))))
+        away = float(np.linalg.norm(point - camera.position_world))
+        angle = float(np.nan_to_num(angle_of_residual(length, camera, away)))
         what = "probable outlier" if outlier > PROBABLE else "far from the fit"
         found[key] = Doubt(outlier, angle, f"{what}, {length:.0f} px")
     return found
@@ -284,7 +297,7 @@ def swaps_of(
     for swap in find_swaps(there, cameras, landmark_set.pairs(), sigma=sigma):
         names = f"{swap.first} and {swap.second}".replace("_", " ")
         where = "" if swap.certain else " here or in the other views"
-        doubt = Doubt(1.0, 0.0, f"{names} seem to be swapped{where}")
+        doubt = Doubt(1.0, 0.0, f"{names} seem to be swapped{where}", "swapped")
         for camera in swap.cameras:
             for name in (swap.first, swap.second):
                 found[ClickKey(swap.frame, camera, name)] = doubt

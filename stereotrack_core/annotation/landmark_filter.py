@@ -10,18 +10,21 @@ Where the body was followed through the images, the difference of the places is 
 cloning: Roumeliotis and Burdick, ICRA 2002). Predictions from both sides are fused.
 """
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from math import sqrt
 
 import numpy as np
 
 from stereotrack_core.annotation.accepting import pixel_scale
-from stereotrack_core.annotation.click import ACCEPTED, USUAL_SIGMA, Click, Prediction, sigma_of
+from stereotrack_core.annotation.click import USUAL_SIGMA, Click, Prediction, sigma_of
 from stereotrack_core.annotation.follow_body import BodyStep
 from stereotrack_core.annotation.predict import predicted_point
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.geometry.camera import Camera, pixel_jacobian
 
+WANTED_MM = 20.0  # root mean square error of the landmarks where nobody has said otherwise
 STEADY = 0.5  # share of a click's standard deviation that is not in the offset
 _FRAMES = 10  # clicked frames on each side that are taken in
 _PLACE, _ANYWHERE, _SPEED = 0.3, 2.0, 1.0  # metres around first clicks, or around others; m/s
@@ -53,14 +56,14 @@ class ProposalQuestion:
     frame: int
     clicks: tuple[Click, ...]  # of this frame
     around: tuple[Click, ...]  # of other frames
-    followed: tuple[Prediction, ...]  # to this frame, from clicks of others
+    followed: tuple[Prediction, ...]  # to this frame, from clicks of others, or detected in it
     cameras: Mapping[str, Camera]  # whose images are clicked
     names: tuple[str, ...]  # of the landmarks
     fps: float
     sigmas: Mapping[str, float] = field(default_factory=dict)  # of clicks, pixels
     motion: Mapping[int, FloatArray] = field(default_factory=dict)  # (n, 3), of a run or fit
     steps: tuple[BodyStep, ...] = ()  # how the body was seen to move from clicked frames to others
-    asks: bool = False  # whether an uncertain landmark is left to be clicked in one image
+    wanted_mm: float = WANTED_MM  # accuracy of the landmarks up to which clicks are asked for
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,8 +99,15 @@ class Rig:
     def measured(self, clicks: Sequence[Click], followed: Sequence[Prediction] = ()) -> Measured:
         """Clicks, and followed points of what is not clicked, as measurements."""
         said = {click.key for click in clicks}
+        alike = Counter(one.landmark for one in clicks if one.accepted)
         rows = [
-            (one.camera, one.landmark, one.position, self._sigma(one), False)
+            (
+                one.camera,
+                one.landmark,
+                one.position,
+                self._sigma(one, alike[one.landmark]),
+                False,
+            )
             for one in clicks
             if one.position is not None
         ] + [
@@ -114,11 +124,13 @@ class Rig:
             np.array([row[4] for row in rows], dtype=np.bool_),
         )
 
-    def _sigma(self, click: Click) -> float:
+    def _sigma(self, click: Click, alike: int) -> float:
+        """What was accepted in so many images is off in all of them alike: it tells once."""
         sigma = STEADY * sigma_of(click, self.sigmas)
-        if click.origin != ACCEPTED or click.camera not in self._camera:
+        if not click.accepted or click.camera not in self._camera:
             return sigma
-        return max(sigma, _ACCEPTED_SIGMA * float(self.scale[self._camera[click.camera]]))
+        least = _ACCEPTED_SIGMA * float(self.scale[self._camera[click.camera]])
+        return sqrt(alike) * max(sigma, least)
 
     def pixels(self, mean: FloatArray) -> FloatArray:
         """Where the landmarks are seen (C, n, 2), offsets included."""
@@ -135,7 +147,7 @@ class Rig:
         found[row, :, landmark, :3] = by_place[camera, landmark]
         for axis in range(2):
             found[row, axis, landmark, 6 + 2 * camera + axis] = 1.0
-        return found.reshape(len(camera), 2, -1)
+        return found.reshape(len(camera), 2, len(mean) * self.size)
 
 
 class LandmarkFilter:

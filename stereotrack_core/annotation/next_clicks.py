@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Literal, TypeAlias
 
 import numpy as np
 
@@ -16,11 +17,15 @@ from stereotrack_core.annotation.click_gains import (
     shares_around,
 )
 from stereotrack_core.annotation.doubts import (
+    Doubt,
+    DoubtKind,
+    angle_of_residual,
     disagreement_deg,
     doubtful_camera,
     doubts_of,
     own_outliers,
     swaps_of,
+    what_disagrees,
 )
 from stereotrack_core.annotation.fit.results import TrajectoryFit
 from stereotrack_core.annotation.landmark_set import LandmarkSet
@@ -29,6 +34,18 @@ from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.counting import UNKNOWN_DEG, counted, spread_words
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
+
+Kind: TypeAlias = Literal["free", "unknown", "skipped", DoubtKind]
+KIND_WORDS: Mapping[Kind, str] = {
+    "free": "Would help most",
+    "unknown": "Nothing known",
+    "skipped": "Visible but skipped",
+    "place": "Far from the fit",
+    "appearance": "Looks different",
+    "swapped": "Sides exchanged",
+    "camera": "Camera disagrees",
+}
+"""Kinds of suggestions, as a person chooses them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,6 +62,7 @@ class Suggestion:
     click_there: bool = False  # whether there is a click already that should be looked at again
     over_frames_deg: float = 0.0  # the same over all frames that profit; ranks suggestions
     clear: bool = True  # the landmark is visible, and the camera agrees with the others
+    kind: Kind = "free"
 
     @property
     def key(self) -> ClickKey:
@@ -109,7 +127,9 @@ def good_enough(limb_sigma_deg: FloatArray, wanted_deg: float, clicked: int = 0)
 
 
 _LARGE_GAP = 10  # frames without a click of a landmark that are worth a word
-_APART = 5  # frames around a suggestion in which the same landmark is not suggested again
+_APART = 5  # frames around a suggestion in which the same landmark is not suggested again, or later
+_SUSPICIOUS = 2.0  # usual sigmas from which a residual makes the sides of a frame be compared
+_SKIPPED_DEG = 1.0  # gain of a skipped click that counts at least: it may be nothing
 _DISAGREE = 15.0  # degrees between tracker and fit beyond the fit's own uncertainty
 _FIT_WRONG = 0.1  # how probably the fit is the one that is wrong, where both disagree
 _WORST_DEG = 90.0  # what a limb may be off of which nothing is known
@@ -148,7 +168,13 @@ class NextClicks:
         doubts = doubts_of(fit, cameras, self._sigma)
         kept = own_outliers(doubts, doubtful, known, cameras)
         self._doubts = {key: doubts[key] for key in kept}
-        suspicious = {key.frame for key in self._doubts}
+        self._doubtful, self._residuals = doubtful, fit.residual_px
+        # what is exchanged cannot fit, and comparing the sides in thousands of frames takes long
+        suspicious = {
+            key.frame
+            for key, away in fit.residual_px.items()
+            if float(np.linalg.norm(away)) > _SUSPICIOUS * self._sigma
+        }
         self._swaps = swaps_of(known, cameras, landmark_set, suspicious, self._sigma)
         self._apart_deg = None if run is None else disagreement_deg(fit, run)
 
@@ -161,17 +187,82 @@ class NextClicks:
                 del known[key]
         self._swaps |= swaps_of(there, self._cameras, self._set, [frame], self._sigma)
 
+    def add(self, doubts: Mapping[ClickKey, Doubt]) -> None:
+        """Take in doubts that images tell, unless something else explains them.
+
+        Beside a click that lies far from the fit, or was swapped, every click looks different.
+        """
+        known = self._doubts | self._swaps
+        clicked = self.gains.state == Place.CLICKED
+        for key, doubt in doubts.items():
+            row = self.gains.row(key.frame)
+            if row is None or key.camera not in self.gains.names or key in known:
+                continue
+            column = self._set.names.index(key.landmark)
+            rows = np.flatnonzero(clicked[:, self.gains.names.index(key.camera), column])
+            beside = self.gains.frame[[*rows[rows < row][-1:], *rows[rows > row][:1]]]
+            if not any(key._replace(frame=frame) in known for frame in beside.tolist()):
+                self._doubts[key] = doubt
+
     def best(self, wish: Wish | None = None) -> tuple[Suggestion, ...]:
-        """The places where a click helps most, best first; guessed and unsound ones come last."""
+        """The places where a click helps most, best first; guessed and unsound ones come last.
+
+        Those near a better one of the same kind come after all others, as they may be mended by it.
+        """
         wish = Wish() if wish is None else wish
-        found = [*self._unknown(wish), *self._doubted(wish), *self._new(wish)]
+        skipped = self._skipped() & self._wanted(wish)[:, None, None]
+        found = [*self._unknown(wish), *self._doubted(wish), *self._new(wish, skipped)]
+        found += [*self._disagreeing(wish), *self._left_out(skipped)]
         found.sort(key=lambda one: (not one.clear, -one.over_frames_deg, one.key))
         first = {one.key: one for one in reversed(found)}  # the best one of each click
-        return tuple(one for one in found if first[one.key] is one)[: wish.count]
+        return _spread([one for one in found if first[one.key] is one])[: wish.count]
 
-    def _new(self, wish: Wish) -> Iterator[Suggestion]:
-        """Places without a click."""
-        gain = np.where(self.gains.state == Place.FREE, self.gains.gain, 0.0)
+    def _skipped(self) -> BoolArray:
+        """Places (F, C, n) that nobody clicked, though they were around and seem to be visible.
+
+        The landmark has a click in that camera in the clicked frames before and after, and in
+        another camera in this frame, of which most is clicked: others are not begun in earnest.
+        """
+        clicked = self.gains.state == Place.CLICKED
+        skipped: BoolArray = np.zeros(clicked.shape, dtype=np.bool_)
+        for camera in range(clicked.shape[1]):
+            rows = np.flatnonzero(clicked[:, camera].any(axis=1))
+            own = clicked[rows, camera]
+            skipped[rows[1:-1], camera] = own[:-2] & own[2:] & ~own[1:-1]
+        visible = self.gains.seen & ~self.gains.hidden & (self.gains.state == Place.FREE)
+        mostly = clicked.sum(axis=2) > visible.sum(axis=2)
+        return np.asarray(skipped & visible & mostly[..., None] & clicked.any(axis=1)[:, None])
+
+    def _left_out(self, skipped: BoolArray) -> Iterator[Suggestion]:
+        for row, camera, landmark in np.argwhere(skipped).tolist():
+            gain = max(float(self.gains.gain[row, camera, landmark]), _SKIPPED_DEG)
+            place = self.gains.names[camera], self._set.names[landmark]
+            words = "clicked in the frames before and after, and seems to be visible here"
+            yield Suggestion(
+                int(self.gains.frame[row]), *place, gain, words, over_frames_deg=gain,
+                clear=place[0] not in self._unsound, kind="skipped",
+            )  # fmt: skip
+
+    def _disagreeing(self, wish: Wish) -> Iterator[Suggestion]:
+        """The click that is farthest off in each camera that may be wrong."""
+        found = self._doubtful
+        inside = set(self.gains.frame[self._wanted(wish)].tolist())
+        for camera in self._unsound if found is not None else ():
+            off = {
+                key: float(np.linalg.norm(away))
+                for key, away in self._residuals.items()
+                if key.camera == camera and key.frame in inside
+            }
+            if off and found is not None:
+                key = max(off, key=lambda one: off[one])
+                gain = angle_of_residual(found.off_px, self._cameras[camera])
+                words, total = what_disagrees(found), gain * len(off)
+                yield Suggestion(*key, gain, words, True, total, kind="camera")
+
+    def _new(self, wish: Wish, skipped: BoolArray) -> Iterator[Suggestion]:
+        """Places without a click, but for those that were skipped."""
+        free = (self.gains.state == Place.FREE) & ~skipped
+        gain = np.where(free, self.gains.gain, 0.0)
         if self._apart_deg is not None:  # more where a tracker disagrees
             wrong = _FIT_WRONG * self._excess().sum(axis=1)
             most = np.maximum(gain.max(axis=(1, 2)), 1e-9)
@@ -225,7 +316,7 @@ class NextClicks:
             gain = p * new_click + (1.0 - p) * doubt.angle_deg
             clicked = self.gains.clicked()[:, landmark]
             total = gain * float(shares_around(row, clicked, REACH)[1].sum())
-            yield Suggestion(*key, gain, doubt.words, click_there=True, over_frames_deg=total)
+            yield Suggestion(*key, gain, doubt.words, True, total, kind=doubt.kind)
 
     def _unknown(self, wish: Wish) -> Iterator[Suggestion]:
         """Where nothing is known: the middle of every stretch, and open places of begun frames."""
@@ -238,7 +329,8 @@ class NextClicks:
                 reason = f"no information on {counted(len(part), 'frame')}"
                 sound = [name for name in self.gains.names if name not in self._unsound]
                 place = (frame, (sound or self.gains.names)[0], self._set.names[0])
-                yield Suggestion(*place, gain, reason, over_frames_deg=gain * len(part))
+                total = gain * len(part)
+                yield Suggestion(*place, gain, reason, over_frames_deg=total, kind="unknown")
         for row in np.flatnonzero(unknown & clicked.any(axis=1) & self._wanted(wish)):
             free = np.argwhere((self.gains.state[row] == Place.FREE) & ~clicked[row])
             if len(free):
@@ -246,7 +338,8 @@ class NextClicks:
                 frame, name = int(self.gains.frame[row]), self._set.names[landmark]
                 place = (frame, self.gains.names[camera], name)
                 open_ = counted(len(np.unique(free[:, 1])), "landmark")
-                yield Suggestion(*place, gain, f"{open_} open in this frame", over_frames_deg=gain)
+                words = f"{open_} open in this frame"
+                yield Suggestion(*place, gain, words, over_frames_deg=gain, kind="unknown")
 
     def _reason(self, row: int, camera: int, landmark: int) -> str:
         """Why a click is asked for: which limb it is for, and what is the matter there."""
@@ -277,3 +370,16 @@ class NextClicks:
         if seen_by == 1:
             said.append("clicked in one camera only")
         return ", ".join(said)
+
+
+def _spread(found: Sequence[Suggestion]) -> tuple[Suggestion, ...]:
+    """Suggestions with at least so many frames between those of a kind, then all others."""
+    taken: dict[tuple[str, str], list[int]] = {}
+    first, later = list[Suggestion](), list[Suggestion]()
+    for one in found:
+        frames = taken.setdefault((one.kind, "" if one.kind == "swapped" else one.landmark), [])
+        near = any(abs(one.frame - frame) <= _APART for frame in frames)
+        (later if near else first).append(one)
+        if not near:
+            frames.append(one.frame)
+    return (*first, *later)

@@ -10,11 +10,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stereotrack_core.annotation.click import ACCEPTED, USUAL_SIGMA, Click, Prediction, sigma_of
+from stereotrack_core.annotation.click import USUAL_SIGMA, Click, Prediction, sigma_of
 from stereotrack_core.arrays import BoolArray, FloatArray
 from stereotrack_core.depth.points import Volume
 from stereotrack_core.geometry.camera import Camera, nearest_on_ray, pixel_jacobian
 from stereotrack_core.geometry.triangulation import Sightings, nearest_to_rays, point_of_sightings
+from stereotrack_core.recording.landmarks import LANDMARKS
 
 _COARSE, _FINE = 1000, 300  # samples of a ray to find its visible part, and of that part
 _GRID = 9  # points along every side of the working volume, to know whether the cameras see it
@@ -110,6 +111,19 @@ class PredictedPoint:
         return float(np.sqrt(np.mean(np.square(errors)))) if errors else float("nan")
 
 
+def clicked_landmarks(cameras: Mapping[str, Camera], clicks: Iterable[Click]) -> FloatArray:
+    """Landmarks (9, 3) of a frame, world, as its clicks place them; NaN where they do not."""
+    named: dict[str, list[Click]] = {}
+    for click in clicks:
+        named.setdefault(click.landmark, []).append(click)
+    points = np.full((len(LANDMARKS), 3), np.nan)
+    for k, name in enumerate(LANDMARKS):
+        found = predicted_point(cameras, named.get(name, ()))
+        if found is not None:
+            points[k] = found.world
+    return points
+
+
 def predicted_point(
     cameras: Mapping[str, Camera],
     clicks: Iterable[Click],
@@ -129,7 +143,7 @@ def predicted_point(
     if len({(click.frame, click.landmark) for click in there.values()}) > 1:
         raise ValueError("the clicks are of several landmarks or frames")
     # a person's own tell where the point is; all of them where those are too few
-    used = {name: click for name, click in there.items() if click.origin != ACCEPTED}
+    used = {name: click for name, click in there.items() if not click.accepted}
     used = used if len(used) >= 2 else there
     if len(used) < 2:
         return None

@@ -1,23 +1,20 @@
 """Proposals: where the landmarks of the next frame are, before anybody has clicked there.
 
 What the clicked frames around let expect is corrected by points that were followed in the images,
-and by the clicks of the frame itself. A question may ask for clicks: uncertain landmarks are left
-out in the one image where a click tells most, as an accepted error is accepted in all.
+and by the clicks of the frame itself. Clicks are asked for until the landmarks are known to the
+wanted accuracy, each where it tells most: an accepted error is accepted in all images.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from math import inf, isfinite, nan
 
 import numpy as np
 
-from stereotrack_core.annotation.accepting import NearestClicks
-from stereotrack_core.annotation.click import (
-    ACCEPTED,
-    USUAL_SIGMA,
-    ClickKey,
-    Prediction,
-    Visibility,
-)
+from stereotrack_core.annotation.accepting import ACCEPTED_SIGMA, NearestClicks, is_certain
+from stereotrack_core.annotation.click import USUAL_SIGMA, ClickKey, Prediction, Visibility
+from stereotrack_core.annotation.click_gains import hidden_landmarks
+from stereotrack_core.annotation.follow import FOLLOWING
 from stereotrack_core.annotation.follow_body import told_by
 from stereotrack_core.annotation.landmark_filter import (
     STEADY,
@@ -28,10 +25,15 @@ from stereotrack_core.annotation.landmark_filter import (
     updated,
 )
 from stereotrack_core.annotation.predict import in_image
+from stereotrack_core.arrays import FloatArray
+from stereotrack_core.counting import counted
+from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.recording.landmarks import LANDMARKS
 
 PROPOSED = "proposed"  # source of proposals
+_UNKNOWN_MM = 300.0  # error from which on no number is stated
+_TELLS = 0.01  # share of the variances that a click takes away, if it is to be asked for
 _FARTHEST = 120.0  # pixels at 480 lines; what is less certain than that is no proposal
-_WELL = 0.5  # share of a click's standard deviation to which a landmark is known well
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,6 +42,39 @@ class Proposals:
 
     question: ProposalQuestion
     predictions: tuple[Prediction, ...]
+    accuracy_mm: float = nan  # root mean square error of the landmarks in space; NaN if unknown
+    asked: tuple[ClickKey, ...] = ()  # clicks for the wanted accuracy, most telling first
+    then_mm: float = nan  # accuracy after these clicks
+
+    def words(self) -> str:
+        """``Accuracy now 12 mm; about 4 more clicks for 8 mm``; empty if it is unknown."""
+        if not isfinite(self.accuracy_mm):
+            return ""
+        if self.accuracy_mm > _UNKNOWN_MM:
+            return "Accuracy unknown: too far from a clicked frame. Click what is not predicted."
+        now, wanted = f"Accuracy now {self.accuracy_mm:.0f} mm", self.question.wanted_mm
+        if self.accuracy_mm <= wanted:
+            return f"{now}: good enough for {wanted:g} mm."
+        if not self.asked:
+            return f"{now}: more clicks in this frame change little."
+        more = counted(len(self.asked), "more click")
+        return f"{now}; about {more} for {max(self.then_mm, wanted):.0f} mm."
+
+    def doubtful(
+        self, cameras: Mapping[str, Camera], limit: float = ACCEPTED_SIGMA
+    ) -> tuple[Prediction, ...]:
+        """Proposals to be looked at one by one, the most telling first.
+
+        They are those that are asked for, and then those that are less certain than the limit.
+        """
+        rank = {key: place for place, key in enumerate(self.asked)}
+        found = [
+            one
+            for one in self.predictions
+            if one.visibility != Visibility.OUTSIDE
+            and (one.key in rank or not is_certain(one, cameras, limit))
+        ]
+        return tuple(sorted(found, key=lambda one: (rank.get(one.key, inf), -(one.sigma or 0.0))))
 
 
 class Proposer:
@@ -53,25 +88,31 @@ class Proposer:
         if self._kept is None or not _same_around(self._kept[0], question):
             self._kept = (question, LandmarkFilter(question).predicted())
         prior, rig = self._kept[1], Rig(question)
-        near = NearestClicks(question.around)
+        near, hidden = NearestClicks(question.around), set[ClickKey]()
+        accurate: tuple[float, tuple[ClickKey, ...], float] = (nan, (), nan)
         told = told_by(question.steps, question.frame)  # with the motion, so not once more
-        followed = [one for one in question.followed if one.landmark not in told]
+        others = [one for one in question.followed if one.source != FOLLOWING]
+        alone = [one for one in question.followed if one.source == FOLLOWING]
+        followed = [*others, *(one for one in alone if one.landmark not in told)]
         found: list[Prediction] = []
         if prior is not None:
             posterior = updated(prior, rig, rig.measured(question.clicks, followed))
-            left = _to_be_clicked(posterior, rig, question) if question.asks else set()
-            found += (one for one in _open_places(posterior, rig, question) if one.key not in left)
+            found += _open_places(posterior, rig, question)
+            hidden = _behind_body(posterior, rig, question)
+            seen = [one.key for one in found if one.key not in hidden]
+            accurate = _to_be_clicked(posterior, rig, question, seen)
         # what is clicked in one image alone has no place in the world
         said = {one.key for one in question.clicks} | {one.key for one in found}
-        alone = {one.key: one for one in question.followed if one.key not in said}
-        found += (replace(one, source=PROPOSED) for one in alone.values())
+        by_key = {one.key: one for one in alone if one.key not in said}
+        found += (replace(one, source=PROPOSED) for one in by_key.values())
         made = []
         for one in found:
-            visibility, camera = near.visibility(one.key), question.cameras.get(one.camera)
+            usual = Visibility.GUESSED if one.key in hidden else Visibility.SEEN
+            visibility, camera = near.visibility(one.key, usual), question.cameras.get(one.camera)
             inside = camera is None or in_image(camera, np.array(one.position))
             if visibility is not None and (visibility == Visibility.OUTSIDE or inside):
                 made.append(replace(one, visibility=visibility))
-        return Proposals(question, tuple(made))
+        return Proposals(question, tuple(made), *accurate)
 
 
 def _same_around(one: ProposalQuestion, two: ProposalQuestion) -> bool:
@@ -81,29 +122,65 @@ def _same_around(one: ProposalQuestion, two: ProposalQuestion) -> bool:
     return same and all(getattr(one, name) == getattr(two, name) for name in equal)
 
 
-def _to_be_clicked(state: Gaussian, rig: Rig, question: ProposalQuestion) -> set[ClickKey]:
-    """Where a click tells most of each uncertain landmark that nobody has clicked by hand."""
-    said = {one.key for one in question.clicks}
-    by_hand = {one.landmark for one in question.clicks if one.origin != ACCEPTED}
-    found, views = set(), np.arange(len(rig.cameras))
-    for place, name in enumerate(rig.names):
-        keys = [ClickKey(question.frame, camera.name, name) for camera in rig.cameras]
-        free = [view for view, key in enumerate(keys) if key not in said]
-        if name in by_hand or not free:
-            continue
-        own = slice(place * rig.size, (place + 1) * rig.size)
-        H = rig.jacobian(state.mean, views, np.full(len(views), place))[:, :, own]
-        H = H.reshape(2 * len(views), -1)
-        P = H @ state.covariance[own, own] @ H.T
-        sigma = STEADY * rig.sigmas.get(name, USUAL_SIGMA)
-        if np.trace(P) > len(P) * (_WELL * sigma) ** 2:
-            gains = []  # by how much a click in each makes the variances of all pixels smaller
-            for view in free:
-                at = slice(2 * view, 2 * view + 2)
-                less = P[:, at] @ np.linalg.solve(P[at, at] + sigma**2 * np.eye(2), P[at])
-                gains.append(float(np.trace(less)))
-            found.add(keys[free[int(np.argmax(gains))]])
-    return found
+def _behind_body(state: Gaussian, rig: Rig, question: ProposalQuestion) -> set[ClickKey]:
+    """Landmarks that the body itself hides, where all nine of them are known."""
+    places = {name: place for place, name in enumerate(rig.names)}
+    if not all(name in places for name in LANDMARKS) or not rig.cameras:
+        return set()
+    nine = state.mean[[places[name] for name in LANDMARKS], :3]
+    origins = np.array([camera.position_world for camera in rig.cameras])
+    behind = hidden_landmarks(nine[None], rig.names, state.mean[None, :, :3], origins)[0]
+    return {
+        ClickKey(question.frame, rig.cameras[view].name, rig.names[place])
+        for view, place in np.argwhere(behind)
+    }
+
+
+def _to_be_clicked(
+    state: Gaussian, rig: Rig, question: ProposalQuestion, free: Sequence[ClickKey]
+) -> tuple[float, tuple[ClickKey, ...], float]:
+    """Accuracy in mm, the clicks at `free` places that bring it to the wanted one, and that then.
+
+    Each is the one after which the variances of all landmarks' places are smallest (greedily).
+    """
+    views = {camera.name: view for view, camera in enumerate(rig.cameras)}
+    camera = np.array([views[key.camera] for key in free], dtype=np.int64)
+    landmark = np.array([rig.names.index(key.landmark) for key in free], dtype=np.int64)
+    sigma = [STEADY * rig.sigmas.get(key.landmark, USUAL_SIGMA) for key in free]
+    R = np.square(sigma)[:, None, None] * np.eye(2)
+    H = rig.jacobian(state.mean, camera, landmark)
+    P, asked, M = state.covariance, list[ClickKey](), _triangulation(state, rig)
+    wanted = len(rig.names) * (question.wanted_mm / 1000.0) ** 2
+
+    def variance() -> float:
+        return float(np.einsum("ij,jk,ik->", M, P, M))
+
+    before = variance()
+    while (now := variance()) > wanted and len(asked) < len(free):
+        HP = H @ P
+        S, seen = HP @ np.swapaxes(H, 1, 2) + R, HP @ M.T
+        less = np.einsum("mik,mik->m", seen, np.linalg.solve(S, seen))
+        less[[free.index(key) for key in asked]] = 0.0
+        best = int(np.argmax(less))
+        if less[best] < _TELLS * now:
+            break
+        asked.append(free[best])
+        P = P - HP[best].T @ np.linalg.solve(S[best], HP[best])
+    now_mm, then_mm = (1000.0 * np.sqrt(v / len(rig.names)) for v in (before, variance()))
+    return float(now_mm), tuple(asked), float(then_mm)
+
+
+def _triangulation(state: Gaussian, rig: Rig) -> FloatArray:
+    """Derivative (3 n, n S) of the places that all images together give, by the state.
+
+    The place in the state itself is not known apart from the offsets of the clicks, which stay the
+    same in a reference that is clicked.
+    """
+    views, found = np.arange(len(rig.cameras)), []
+    for place in range(len(rig.names)):
+        H = rig.jacobian(state.mean, views, np.full(len(views), place)).reshape(2 * len(views), -1)
+        found.append(np.linalg.pinv(H[:, rig.size * place : rig.size * place + 3]) @ H)
+    return np.concatenate(found)
 
 
 def _open_places(state: Gaussian, rig: Rig, question: ProposalQuestion) -> Sequence[Prediction]:

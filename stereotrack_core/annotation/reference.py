@@ -15,6 +15,7 @@ from stereotrack_core.annotation.click_points import click_pixels
 from stereotrack_core.annotation.fit.results import CLICKED, GAP, INTERPOLATED, TrajectoryFit
 from stereotrack_core.annotation.fit.state import FitSettings
 from stereotrack_core.annotation.landmark_set import NINE, LandmarkSet
+from stereotrack_core.annotation.provenance import Provenance, provenance_of
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.errors import Finding
@@ -109,6 +110,7 @@ class Reference:
     landmark_names: tuple[str, ...] = LANDMARKS
     meta: Mapping[str, Any] = field(default_factory=dict)  # how it was made; JSON-serialisable
     notes: tuple[Finding, ...] = ()  # decisions made while reading; not stored
+    provenance: Provenance | None = None  # of all landmarks in all frames
 
     def __post_init__(self) -> None:
         frames, landmarks = len(self.frame), len(self.landmark_names)
@@ -118,6 +120,9 @@ class Reference:
             "limb_sigma_deg": (self.limb_sigma_deg, (frames, 6)),
             "filled": (self.filled, (frames,)),
         }
+        if self.provenance is not None:
+            arrays = self.provenance.arrays()
+            shapes |= {name: (array, (frames, landmarks)) for name, array in arrays.items()}
         for name, (array, shape) in shapes.items():
             if array is not None and array.shape != shape:
                 raise ValueError(f"{name} has the shape {array.shape}, expected {shape}")
@@ -132,7 +137,9 @@ class Reference:
     def chosen(self, rows: BoolArray) -> Reference:
         """The frames of these rows (F,) alone."""
         parts = {name: getattr(self, name) for name in ("frame", "points", *_STATED)}
-        there = {name: part[rows] for name, part in parts.items() if part is not None}
+        there: dict[str, Any] = {n: part[rows] for n, part in parts.items() if part is not None}
+        if self.provenance is not None:
+            there["provenance"] = self.provenance.chosen(rows)
         return replace(self, **there)
 
     def sigma(self) -> FloatArray:
@@ -154,6 +161,13 @@ class Reference:
         """The same without the places of landmarks that are less certain than that, metres."""
         uncertain = self.sigma() > max_sigma
         return replace(self, points=np.where(uncertain[..., None], np.nan, self.points))
+
+    def without(self, sources: Collection[str]) -> Reference:
+        """The same without landmarks of these sources; nothing is left out if none is stated."""
+        if self.provenance is None:
+            return self
+        out = np.isin(self.provenance.source, list(sources))
+        return replace(self, points=np.where(out[..., None], np.nan, self.points))
 
     def trajectory(self, max_sigma: float = MAX_SIGMA) -> LandmarkTrajectory:
         """The nine landmarks alone; NaN where one is missing or less certain than that, metres."""
@@ -196,6 +210,7 @@ class Reference:
             return at.reshape(len(frame), *values.shape[1:])
 
         covariance, sigma, filled = self.covariance, self.limb_sigma_deg, self.filled
+        position = np.asarray(self.frame * (fps / own))
         meta = {key: self.meta[key] for key in self.meta if key not in (_OUTLIERS, FITTED_TO)}
         return replace(
             self,
@@ -204,6 +219,7 @@ class Reference:
             covariance=None if covariance is None else there(covariance, covariance.shape[1]),
             limb_sigma_deg=None if sigma is None else there(sigma, sigma.shape[1]),
             filled=None if filled is None else there(filled.astype(float)[:, None], 1)[:, 0] != 0.0,
+            provenance=self.provenance and self.provenance.at(position, frame),
             meta={**meta, "fps": fps, "resampled_from_fps": own},
             notes=(*self.notes, resampled_note(own, fps, where)),
         )
@@ -217,7 +233,9 @@ class Reference:
         return replace(self.chosen(inside), notes=notes)
 
 
-def reference_of_fit(fit: TrajectoryFit, meta: Mapping[str, Any]) -> Reference:
+def reference_of_fit(
+    fit: TrajectoryFit, meta: Mapping[str, Any], clicks: Iterable[Click]
+) -> Reference:
     """The fitted trajectory as a reference; landmarks of the nine that it lacks come last."""
     others = [name for name in LANDMARKS if name not in fit.names]
     extra = fit.nine[:, [LANDMARKS.index(name) for name in others]]
@@ -233,6 +251,7 @@ def reference_of_fit(fit: TrajectoryFit, meta: Mapping[str, Any]) -> Reference:
         filled=np.asarray(fit.kind == INTERPOLATED),
         landmark_names=(*fit.names, *others),
         meta={**meta, _OUTLIERS: outliers, "sigma_factor": float(fit.sigma_factor)},
+        provenance=provenance_of(fit, clicks).of(fit.names, (*fit.names, *others)),
     )
 
 
@@ -334,10 +353,13 @@ def merged_reference(old: Reference | None, new: Reference, frames: range) -> Re
         name: np.concatenate([getattr(kept, name), getattr(taken, name)])[order]
         for name in ("frame", "points", *_STATED)
     }
+    if taken.provenance is not None:
+        before = kept.provenance or Provenance.unknown(*kept.points.shape[:2])
+        arrays["provenance"] = before.joined(taken.provenance).chosen(order)
     meta = {**old.meta, **new.meta}
     for name in (_OUTLIERS, FITTED_TO):  # their rows begin with a frame
-        before = [row for row in old.meta.get(name, ()) if row[0] not in frames]
-        meta[name] = before + [row for row in new.meta.get(name, ()) if row[0] in frames]
+        others = [row for row in old.meta.get(name, ()) if row[0] not in frames]
+        meta[name] = others + [row for row in new.meta.get(name, ()) if row[0] in frames]
     if FITTED_TO not in old.meta:
         del meta[FITTED_TO]  # nobody knows which clicks the old frames were fitted to
     return replace(new, **arrays, meta=meta)

@@ -22,11 +22,13 @@ from stereotrack_core.evaluation.accuracy import (
     stated_means,
 )
 from stereotrack_core.evaluation.failure_segments.find import FailureSearch, find_failures
+from stereotrack_core.evaluation.failure_segments.reasons import reasons_words
+from stereotrack_core.evaluation.failure_segments.retraced import with_reasons
 from stereotrack_core.evaluation.failure_segments.segment import (
+    FAILURE_COLUMNS,
     FailureRules,
-    FailureSegment,
+    failure_rows,
     has_signs,
-    limbs_words,
 )
 from stereotrack_core.evaluation.summary import none_of_the_frames
 from stereotrack_core.interop.landmark_file import Stated
@@ -67,11 +69,18 @@ Told = tuple[dict[str, Any], list[Table | str]]  # a result as JSON, and as tabl
 @options.command(
     options.path("run_file RUN", "run or reference (.npz), or landmarks (.csv, .trc, .c3d)"),
     options.REFERENCE,
+    options.MAX_SIGMA,
+    options.EXCLUDE,
+    options.flag(
+        "--weigh",
+        "let errors count by how well the reference is known there, as its uncertainty states",
+    ),
     options.OF_RUN,
     *options.STATED,
     options.FPS,
     options.FRAMES,
     options.SEGMENTS,
+    options.SCENARIOS,
     options.flag("--angles", "joint angles: ranges, errors"),
     options.flag("--failures", "stretches in which limbs fail, with their probable causes"),
     options.changes("change how failures are detected, for example episode_error=30"),
@@ -85,7 +94,9 @@ def run(args: Namespace) -> int:
     """Print mean, median and 95th percentile of torso position, torso axes, upper arms and
     forearms against the reference, and the share of arm segments more than 45 degrees off.
     Frames missing in the run count 90 degrees and 500 mm. Frames missing in the reference
-    are not scored. With --angles, --failures or --against these are printed instead, and
+    are not scored. --max-sigma leaves out what the reference does not know well enough;
+    --weigh lets each error count by 1 / (s^2 + sigma^2), s the median error and sigma the
+    reference's own. With --angles, --failures or --against these are printed instead, and
     need no reference.
     """
     wanted = args.angles or args.failures or args.against is not None
@@ -125,7 +136,8 @@ def _measured_of(args: Namespace, *, needs_truth: bool) -> Measured:
     meta = {} if stored is None else dict(stored.meta)
     truth = None
     try:
-        truth = sources.truth_of(args.reference, meta, trajectory, stated.get(args.reference))
+        own, limit = stated.get(args.reference), 0.001 * args.max_sigma
+        truth = sources.truth_of(args.reference, meta, trajectory, own, limit, args.exclude)
         if (wrong := wrong_size(truth.reference)) is not None:
             say(f"{truth.source}: {wrong.what}. {wrong.remedy}")
     except InputError as error:
@@ -133,7 +145,10 @@ def _measured_of(args: Namespace, *, needs_truth: bool) -> Measured:
             raise
         say(f"No reference: {error.what}.")
     segments: Sequence[Segment] = ()
-    if args.segments:
+    if args.scenarios is not None:
+        with sources.open_project(args.scenarios) as project:
+            segments = sources.named_scenarios(project)
+    elif args.segments:
         folder = Path(str(meta.get("recording_folder") or path.parent))
         recording = sources.recording_in(folder) if truth is None else None
         known = recording.segments if recording is not None else ()
@@ -141,6 +156,7 @@ def _measured_of(args: Namespace, *, needs_truth: bool) -> Measured:
         if not segments:
             remedy = "Put a segments.csv beside the recording or the reference, or omit --segments."
             raise InputError("the recording has no segments", where=str(folder), remedy=remedy)
+    args.segments = bool(segments)  # of either
     return Measured(path, trajectory, stored, truth, asked_frames(args.frames), segments, stated)
 
 
@@ -148,7 +164,12 @@ def _errors_told(args: Namespace, measured: Measured, truth: sources.Truth) -> T
     trajectory = measured.trajectory
     found = measured.run or trajectory
     meta = {} if measured.run is None else dict(measured.run.meta)
-    accuracy = accuracy_of(found, truth.reference, truth.states, measured.segments, measured.frames)
+    known = truth.reference, truth.states, measured.segments, measured.frames
+    accuracy = accuracy_of(found, *known, weigh=args.weigh)
+    if args.weigh and not accuracy.quality:
+        remedy = "Give the .npz of `stereotrack fit`, or omit --weigh."
+        what = "the reference does not state its uncertainty"
+        raise InputError(what, where=str(truth.source), remedy=remedy)
     if not len(accuracy.errors.frame):
         raise none_of_the_frames("--frames" if args.frames else "--reference")
     frame = accuracy.errors.frame
@@ -165,7 +186,8 @@ def _errors_told(args: Namespace, measured: Measured, truth: sources.Truth) -> T
     if isinstance(seconds, int | float) and seconds > 0:
         speed = len(trajectory.frame) / float(seconds)
     facts = {"frames_per_second": speed} | accuracy_facts(accuracy)
-    title = f"{measured.path} against {truth.source}"
+    weighted = ", weighted by its uncertainty" * args.weigh
+    title = f"{measured.path} against {truth.source}{weighted}"
     tables: list[Any] = [error_table(accuracy, title, speed)]
     if accuracy.quality:
         tables.append(f"Means: {'; '.join(stated_means(accuracy))}.")
@@ -183,9 +205,12 @@ def _errors_told(args: Namespace, measured: Measured, truth: sources.Truth) -> T
         nargs="+",
     ),
     options.REFERENCE,
+    options.MAX_SIGMA,
+    options.EXCLUDE,
     *options.STATED,
     options.FRAMES,
     options.SEGMENTS,
+    options.SCENARIOS,
 )
 def compare(args: Namespace) -> int:
     """Compare runs over the frames they share: all measures of `evaluate` where there is a
@@ -266,6 +291,10 @@ def _failures_told(args: Namespace, measured: Measured) -> Told:
     search = FailureSearch(run, fps, reference, recording, rules)
     with watched("Detecting failures", "Nothing was written.") as work:
         every = find_failures(search, work)
+        try:
+            every = with_reasons(search, every, work)
+        except InputError as error:
+            say(f"It is not known why the arm search failed: {error.what}.")
     if reference is None and not has_signs(run):
         say(
             "Without depth, failures are detected against a reference alone (--reference). Without "
@@ -278,28 +307,9 @@ def _failures_told(args: Namespace, measured: Measured) -> Told:
     heading = f"{counted(len(listed), 'failure') if listed else 'No failures'} in {measured.path}"
     if not listed:
         return facts, [f"{heading}."]
-    return facts, [_failure_table(heading, listed, fps)]
-
-
-def _failure_table(heading: str, listed: Sequence[FailureSegment], fps: float) -> Table:
-    rows = [
-        (
-            f"{e.first}-{e.last}",
-            f"{e.first / fps:.1f}-{(e.last + 1) / fps:.1f}",
-            limbs_words(e.limbs),
-            e.found,
-            e.peak_words,
-            e.verdict.cause,
-            f"{100.0 * e.verdict.confidence:.0f} %" if e.verdict.confidence else "-",
-            e.verdict.words,
-        )
-        for e in listed
-    ]
-    columns = (
-        *("frames", "seconds", "limbs", "detected by"),
-        *(">peak", "cause", ">sure", "description"),
-    )
-    return Table(heading, columns, rows)
+    why = reasons_words(one.reason for one in listed)
+    table = Table(heading, FAILURE_COLUMNS, failure_rows(listed, fps))
+    return facts, [table, f"Where they begin: {why}."] if why else [table]
 
 
 def _against_told(args: Namespace, measured: Measured) -> Told:

@@ -42,14 +42,16 @@ from stereotrack_core.tables import Table
         nargs="?",
         const="",
     ),
+    options.MAX_SIGMA,
     options.FPS,
     options.NAMES,
     options.AXES,
 )
 def run(args: Namespace) -> int:
     """Write clicks (csv, coco, slp, dlc), keypoints (csv, coco), a trajectory (csv, trc,
-    c3d, bvh) or joint angles (angles). Each format stores what it can; only a project file
-    keeps who clicked what and when. Units and axes: csv m, x east, y north, z up (the
+    c3d, bvh) or joint angles (angles). Provenance of landmarks (source, annotator, visibility,
+    sigma, number of views, residual) is kept in csv, npz and coco, and for the other formats
+    in FILE.provenance.csv beside it. Units and axes: csv m, x east, y north, z up (the
     recording's world); trc m, x north, y up, z east; c3d mm, x east, y north, z up; bvh cm,
     x west, y up, z north; angles degrees; clicks are pixels of the raw image, the centre of
     the first one (0, 0). Frames count from 0.
@@ -76,11 +78,11 @@ def _project(args: Namespace, form: exporting.ExportFormat) -> exporting.Exporte
             fps = None
             if form.name != "npz":
                 fps = sources.recording_of(project).fps if args.fps is None else args.fps
-            return exporting.export_reference(args.output, reference, form, fps)
+            limit = 0.001 * args.max_sigma
+            return exporting.export_reference(args.output, reference, form, fps, limit)
         recording = sources.recording_of(project)
         options.check_output(args.output, recording.folder)
-        landmarks = project.landmark_set()
-        clicked = exporting.ClickedRecording(project.clicks.all(), recording, landmarks)
+        clicked = exporting.ClickedRecording.of(project, recording)
         return exporting.export_clicks(args.output, clicked, form)
 
 
@@ -128,7 +130,8 @@ def _trajectory(args: Namespace, form: exporting.ExportFormat) -> exporting.Expo
         exporting.writer(form, "reference")
         reference = read_reference(args.source)
         rate = reference.fps if args.fps is None else args.fps
-        return exporting.export_reference(args.output, reference, form, rate)
+        limit = 0.001 * args.max_sigma
+        return exporting.export_reference(args.output, reference, form, rate, limit)
     if form.name == "angles":
         found = sources.read_measured(args.source, sources.stated_in(args))
         angles, fps = sources.angles_in(args.source, *found, args.fps)

@@ -149,10 +149,11 @@ def run(args: Namespace) -> int:
         )
     meta = origin_of(recording, len(clicks), sigma, settings)
     form = format_of_file(args.output)
-    written = export_reference(args.output, reference_of_fit(fit, meta), form, None)
+    used = clicks_in(recording, clicks, views)
+    written = export_reference(args.output, reference_of_fit(fit, meta, used), form, None)
     for note in written.notes:
         say(note)
-    _tell(args, fit, recording, clicks_in(recording, clicks, views))
+    _tell(args, fit, recording, used)
     return OK
 
 

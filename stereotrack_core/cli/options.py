@@ -135,6 +135,10 @@ SETTINGS = (
 )
 FRAMES = option("--frames A:B", "only frames A up to but not including B; either may be omitted")
 SEGMENTS = flag("--segments", "also print the results for each segment of segments.csv")
+SCENARIOS = path(
+    "--scenarios PROJECT",
+    "the same for each named stretch of a project, and for the segments of its recording",
+)
 VIEWS = option(
     "--views NS or cam_0+cam_2",
     "use only these views; join names with +; single-letter names may be written together",
@@ -156,6 +160,18 @@ REFERENCE = path(
     "--reference FILE",
     "reference landmarks (.csv, .trc, .c3d), or with their uncertainty (.npz of `stereotrack "
     "fit`); by default the reference of the run's recording",
+)
+MAX_SIGMA = option(
+    "--max-sigma MM",
+    "leave out landmarks of the reference with a larger standard deviation, in millimetres "
+    "(default: 100)",
+    type=positive,
+    default=100.0,
+)
+EXCLUDE = several(
+    "--exclude SOURCE",
+    "leave out landmarks of the reference by their source; may be given several times",
+    choices=("clicked", "merged", "imported", "accepted", "detector", "fit", "interpolated"),
 )
 OF_RUN = path("--recording DIR", "the run's recording; by default the one named in the run")
 

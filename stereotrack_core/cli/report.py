@@ -10,6 +10,7 @@ from stereotrack_core.interop.landmark_file import Stated
 from stereotrack_core.interop.run_file import read_run
 from stereotrack_core.project.entries import load_reference
 from stereotrack_core.project.runs import kept_runs, load_run
+from stereotrack_core.project.scenarios import segments_of
 from stereotrack_core.project.whereabouts import SUFFIX
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.frame_times import stated_fps
@@ -83,6 +84,8 @@ def _of_project(args: Namespace) -> Source:
             if args.recording
             else sources.recording_of(project)
         )
+        if recording is not None:
+            recording = replace(recording, segments=segments_of(project, recording))
         source = _with_truth(args, stored, name, recording, name)
         chosen = project.chosen(project.references)
         if args.reference is None and chosen is not None:

@@ -88,12 +88,15 @@ def truth_of(
     meta: Mapping[str, Any],
     measured: LandmarkTrajectory,
     stated: Stated | None = None,
+    max_sigma: float = MAX_SIGMA,
+    exclude: Sequence[str] = (),
 ) -> Truth:
     """The reference that was named, else that of the run's recording; `meta` is what a run states.
 
     It is taken to the frames of what is measured, by time. Landmarks that are less certain than
-    100 mm are unknown, which is said. `stated`: names and axes of the file,
-    which is turned into the run's world. Raises InputError where there is none.
+    `max_sigma` (metres) are unknown, which is said, and so are those of the sources to `exclude`.
+    `stated`: names and axes of the file, which is turned into the run's world. Raises InputError
+    where there is none.
     """
     folder = meta.get("recording_folder")
     recording = _tracked_recording(meta)
@@ -103,8 +106,12 @@ def truth_of(
         beside = segments or (read_segments(own) if own.is_file() else ())
         stated = replace(stated or Stated(), up=up_of_meta(meta))
         states = named_reference(given, recording, measured.fps, measured.frame, stated)
-        say_left_out(given, states)
-        return Truth(states.trajectory(), given, beside, states)
+        if exclude and states.provenance is None:
+            what = "the reference does not state where its landmarks come from"
+            raise InputError(what, where=str(given), remedy="Omit --exclude, or fit it again.")
+        states = states.without(exclude)
+        say_left_out(given, states, max_sigma)
+        return Truth(states.trajectory(max_sigma), given, beside, states)
     if not folder:
         what = "the file does not state its recording"
         raise InputError(what, remedy="Give the reference with --reference.")
@@ -154,9 +161,9 @@ def named_reference(
     return reference
 
 
-def say_left_out(path: Path, reference: Reference) -> None:
+def say_left_out(path: Path, reference: Reference, max_sigma: float = MAX_SIGMA) -> None:
     """Say what of a reference is too uncertain to be used."""
-    if reference.covariance is not None and (note := reference.left_out(MAX_SIGMA)):
+    if reference.covariance is not None and (note := reference.left_out(max_sigma)):
         say(f"{path}: {note}")
 
 
@@ -201,7 +208,7 @@ def clicks_in_file(
 
         return read_clicks(path, recording, frames=frames).checked(), USUAL_SIGMA
     with open_project(path) as project:
-        every, sigma = project.clicks.all(), project.click_sigmas()
+        every, sigma = project.clicks.used(), project.click_sigmas()
     return [one for one in every if one.camera in recording.cameras], sigma
 
 
@@ -223,6 +230,17 @@ def open_project(path: Path, *, read_only: bool = True) -> Project:
     project = Project.open(path, read_only=read_only)
     say_notes(project.notes)
     return project
+
+
+def named_scenarios(project: Project) -> tuple[Segment, ...]:
+    """Named stretches of a project and of its recording, where that is found; else InputError."""
+    from stereotrack_core.project.scenarios import segments_of
+
+    found = segments_of(project, recording_of(project))
+    if not found:
+        remedy = "Select frames in the timeline of the workbench and choose Name stretch."
+        raise InputError("no stretch has a name", where=str(project.path), remedy=remedy)
+    return found
 
 
 def say_notes(notes: Iterable[Finding]) -> None:

@@ -360,7 +360,9 @@ def _report(store: Store, outcome: Outcome, by: str, *, as_json: bool) -> int:
         "points": [_point_facts(summary) for summary in summaries],
     }
     told = f"{store.table}: {outcome.computed} computed, {outcome.reused} reused."
-    tables = (_point_table(summaries, by), told) if summaries else ()
+    tables: tuple[Table | str, ...] = ()
+    if summaries:
+        tables = (_point_table(summaries, by), *_stretch_table(summaries), told)
     put_result(facts, *tables, as_json=as_json)
     for job in {job.identity: job for job in jobs}.values():
         if job.identity in results and not results[job.identity].done:
@@ -401,6 +403,23 @@ def _point_table(summaries: Sequence[PointSummary], by: str) -> Table:
         title += f"; the table has {len(summaries) - len(rows)} more points"
     headings = [f">{one.short or one.label} {one.unit}".strip() for one in measures]
     return Table(title, (*varied, ">runs", *headings), rows)
+
+
+_OF_STRETCHES = ("upper_arms", "forearms", "lost")
+
+
+def _stretch_table(summaries: Sequence[PointSummary]) -> tuple[Table, ...]:
+    """The same over each named stretch; empty if there is none."""
+    varied = varied_names(summary.point for summary in summaries)
+    rows = []
+    for summary in summaries[:_MOST_ROWS]:
+        values = summary.point.by_name
+        point = [value_text(values.get(name, "")) for name in varied]
+        for stretch in dict.fromkeys(n.rpartition("/")[0] for n in summary.values if "/" in n):
+            cells = [summary.values[f"{stretch}/{name}"].text() for name in _OF_STRETCHES]
+            rows.append([*point, stretch, *cells])
+    headings = (*varied, "stretch", ">upper arms deg", ">forearms deg", ">lost %")
+    return (Table("Named stretches", headings, rows),) if rows else ()
 
 
 def _point_facts(summary: PointSummary) -> dict[str, Any]:

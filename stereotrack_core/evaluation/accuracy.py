@@ -7,14 +7,16 @@ from typing import Any
 import numpy as np
 
 from stereotrack_core.annotation.reference import Reference
-from stereotrack_core.arrays import IntArray
+from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.body.limbs import LIMB_ENDS, LIMBS
 from stereotrack_core.evaluation.summary import (
     Doubts,
     LimbErrors,
+    Sigmas,
     Summary,
     doubts_against,
     errors_against,
+    points_at,
     root_mean,
     summarise,
     summarise_segments,
@@ -41,18 +43,26 @@ def accuracy_of(
     states: Reference | None = None,
     segments: Sequence[Segment] = (),
     frames: range | None = None,
+    *,
+    weigh: bool = False,
 ) -> Accuracy:
-    """Measure a run, or landmarks alone; `states` is the reference with its uncertainty."""
+    """Measure a run, or landmarks alone; `states` is the reference with its uncertainty.
+
+    With `weigh` errors count by that uncertainty; see :func:`summarise`.
+    """
     run, trajectory = (found, found.trajectory()) if isinstance(found, Run) else (None, found)
     errors = errors_against(trajectory, reference)
     if frames is not None:
         errors = errors.between(frames.start, frames.stop)
+    sigmas = None
+    if states is not None:
+        sigmas = stated_sigmas(states, errors.frame, points_at(reference, errors.frame))
     doubts = None if run is None else doubts_against(run.frame, run.limb_lost, errors)
     return Accuracy(
         errors=errors,
-        summary=summarise(errors),
-        segments=summarise_segments(errors, segments),
-        quality={} if states is None else reference_quality(states, errors.frame),
+        summary=summarise(errors, sigmas=sigmas if weigh else None),
+        segments=summarise_segments(errors, segments, sigmas if weigh else None),
+        quality=_root_means(sigmas or {}),
         doubts=doubts if doubts is not None and doubts.judged else None,
     )
 
@@ -76,37 +86,51 @@ def arms_good_to(quality: Mapping[str, float]) -> float:
 def reference_quality(reference: Reference, frames: IntArray) -> dict[str, float]:
     """Root mean square error that the reference states for itself in some frames, by measure.
 
+    Of :func:`stated_sigmas`.
+    """
+    there = frames[np.isin(frames, reference.frame)]
+    points = points_at(reference.trajectory(), there)
+    return _root_means(stated_sigmas(reference, there, points))
+
+
+def _root_means(sigmas: Sigmas) -> dict[str, float]:
+    values = {measure: root_mean(np.square(own)) for measure, own in sigmas.items()}
+    return {measure: value for measure, value in values.items() if np.isfinite(value)}
+
+
+def stated_sigmas(reference: Reference, frames: IntArray, points: FloatArray) -> Sigmas:
+    """Errors (F, k) that the reference states for itself, by measure; NaN where not known.
+
+    `points` (F, 9, 3) are its landmarks in these frames of it, NaN if they shall not count.
     Millimetres for ``torso_position``, degrees else; shoulders are taken for independent.
     """
-    chosen = np.isin(reference.frame, frames)
-    points = reference.trajectory().points[chosen]
+    rows = np.searchsorted(reference.frame, frames)
     known = np.asarray(np.isfinite(points).all(axis=2))
-    values: dict[str, float] = {}
+    sigmas: dict[str, FloatArray] = {}
     if reference.covariance is not None:
-        covariance = reference.of_the_nine(reference.covariance[chosen])
+        covariance = reference.of_the_nine(reference.covariance[rows])
         covariance[~known] = np.nan
         hips = covariance[:, _places("hip")].mean(axis=1)
-        values["torso_position"] = 1000.0 * root_mean(np.trace(hips, axis1=1, axis2=2))
+        sigmas["torso_position"] = 1000.0 * np.sqrt(np.trace(hips, axis1=1, axis2=2))
         left, right = _places("shoulder")
         axis = points[:, right] - points[:, left]
         length = np.linalg.norm(axis, axis=1)
         unit = axis / np.where(length > 0, length, np.nan)[:, None]
         both = covariance[:, left] + covariance[:, right]
         across = np.trace(both, axis1=1, axis2=2) - np.einsum("fi,fij,fj->f", unit, both, unit)
-        values["torso_cross"] = float(np.degrees(root_mean(across / np.square(length))))
+        sigmas["torso_cross"] = np.degrees(np.sqrt(across / np.square(length)))
     if reference.limb_sigma_deg is not None:
-        sigma = reference.limb_sigma_deg[chosen]
+        sigma = reference.limb_sigma_deg[rows]
         for i, limb in enumerate(LIMBS):
             ends = [LANDMARKS.index(name) for end in LIMB_ENDS[limb] for name in end]
             sigma[~known[:, ends].all(axis=1), i] = np.nan
         for measure, limbs in _OF_LIMBS.items():
-            own = sigma[:, [LIMBS.index(limb) for limb in limbs]]
-            values[measure] = root_mean(np.square(own))
-    return {measure: value for measure, value in values.items() if np.isfinite(value)}
+            sigmas[measure] = sigma[:, [LIMBS.index(limb) for limb in limbs]]
+    return sigmas
 
 
 def stated_means(accuracy: Accuracy) -> list[str]:
-    """``forearms 9.1 deg, reference uncertainty 2.3`` and so on, of the main measures."""
+    """``forearms 5.6 deg, of which the reference's own is 1.1`` and so on, of main measures."""
     return [
         f"{one.label} {stated(one.statistics.mean, one.unit, accuracy.quality, one.name)}"
         for one in accuracy.summary.measures
@@ -115,10 +139,10 @@ def stated_means(accuracy: Accuracy) -> list[str]:
 
 
 def stated(error: float, unit: str, quality: Mapping[str, float], measure: str) -> str:
-    """``9.1 deg, reference good to 2.3``; the error alone where the reference does not say."""
+    """``5.6 deg, of which the reference's own is 1.1``; without that if it does not say."""
     text = f"{error:.1f} {unit}" if np.isfinite(error) else f"- {unit}"
     good = quality.get(measure)
-    return text if good is None else f"{text}, reference uncertainty {good:.1f}"
+    return text if good is None else f"{text}, of which the reference's own is {good:.1f}"
 
 
 def _places(joint: str) -> list[int]:

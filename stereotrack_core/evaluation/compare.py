@@ -32,6 +32,7 @@ from stereotrack_core.evaluation.summary import (
     points_at,
     summarise,
     values_of,
+    within,
 )
 from stereotrack_core.recording.description import Segment
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
@@ -198,7 +199,7 @@ class Comparison:
 def compare(
     candidates: Sequence[Candidate],
     reference: LandmarkTrajectory | None,
-    frames: range | None = None,
+    frames: range | IntArray | None = None,
 ) -> Comparison:
     """Compare the first run with each of the others over common frames. Raises InputError."""
     if len(candidates) < 2:
@@ -229,19 +230,18 @@ def compare_segments(
     segments: Sequence[Segment],
     frames: range | None = None,
 ) -> tuple[tuple[str, Comparison | None], ...]:
-    """The same for each named stretch; None where no frame of it is left."""
-    found = []
-    for segment in segments:
-        part = range(segment.first, segment.end)
-        if frames is not None:
-            part = range(max(part.start, frames.start), min(part.stop, frames.stop))
-        some = len(part) and len(shared_frames(candidates, reference, part))
-        found.append((segment.name, compare(candidates, reference, part) if some else None))
+    """The same for each name, over all of its stretches; None where no frame of it is left."""
+    shared, found = shared_frames(candidates, reference, frames), []
+    for name in dict.fromkeys(segment.name for segment in segments):
+        part = shared[within([one for one in segments if one.name == name], shared)]
+        found.append((name, compare(candidates, reference, part) if len(part) else None))
     return tuple(found)
 
 
 def measured(
-    candidate: Candidate, reference: LandmarkTrajectory | None, frames: range | None = None
+    candidate: Candidate,
+    reference: LandmarkTrajectory | None,
+    frames: range | IntArray | None = None,
 ) -> tuple[Series, ...]:
     """The measures of one run alone, frame by frame; empty where no frame is left."""
     shared = shared_frames((candidate,), reference, frames)
@@ -253,16 +253,16 @@ def measured(
 def shared_frames(
     candidates: Sequence[Candidate],
     reference: LandmarkTrajectory | None,
-    frames: range | None = None,
+    frames: range | IntArray | None = None,
 ) -> IntArray:
     """Frames that all of them have and, where there is a reference, it knows."""
     several = [candidate.trajectory.frame for candidate in candidates]
     if reference is not None:
         several.append(reference.frame[knows_something(reference)])
     shared: IntArray = reduce(np.intersect1d, several)
-    if frames is not None:
-        shared = shared[(shared >= frames.start) & (shared < frames.stop)]
-    return shared
+    if isinstance(frames, range):
+        return shared[(shared >= frames.start) & (shared < frames.stop)]
+    return shared if frames is None else shared[np.isin(shared, frames)]
 
 
 def _at(candidate: Candidate, frames: IntArray) -> Candidate:
@@ -288,7 +288,8 @@ def _measures(candidate: Candidate, truth: LandmarkTrajectory | None) -> tuple[S
         errors = errors_against(candidate.trajectory, truth)
         values, arms = values_of(errors), errors.arm_segments
         lost = np.where(np.isnan(arms), np.nan, 100.0 * (arms > LOST_ANGLE))
-        rows = [(*measure, values[measure[0]]) for measure in ERROR_MEASURES]
+        rows = [("arms", "arms", "deg", np.rad2deg(arms))]
+        rows += [(*measure, values[measure[0]]) for measure in ERROR_MEASURES]
         rows.append(("lost", "arm segments lost", "%", lost))
     if candidate.unexplained_fraction is not None:
         unexplained = 100.0 * candidate.unexplained_fraction

@@ -1,7 +1,7 @@
 """Measures of a run, as the tables of sweeps and studies have them."""
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -9,7 +9,7 @@ from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
 from stereotrack_core.evaluation import summary
 from stereotrack_core.evaluation.summary import at_frames, doubts_against, errors_against
-from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.description import Recording, Segment
 from stereotrack_core.recording.keypoints import Keypoints
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.recording.sighted_keypoints import keypoints_in_views
@@ -72,8 +72,28 @@ MEASURES: tuple[Measure, ...] = (
 
 
 def measure_named(name: str) -> Measure | None:
-    """The measure of that name; None where there is none."""
-    return next((measure for measure in MEASURES if measure.name == name), None)
+    """The measure of that name, or of a named stretch: ``crossing/forearms``; else None."""
+    segment, slash, whole = name.rpartition("/")
+    found = next((measure for measure in MEASURES if measure.name == whole), None)
+    if found is None or not slash:
+        return found
+    label, short = f"{segment}: {found.label}", f"{segment}: {found.short or found.label}"
+    return replace(found, name=name, label=label, short=short)
+
+
+def of_segments(
+    run: Run, reference: LandmarkTrajectory | None, segments: Sequence[Segment]
+) -> dict[str, float]:
+    """Mean errors of a run over named stretches, such as ``crossing/forearms``."""
+    if reference is None or not len(run.frame):
+        return {}
+    errors = errors_against(run.trajectory(), at_frames(reference, run.frame))
+    found = {}
+    for part in summary.summarise_segments(errors, segments):
+        found[f"{part.name}/lost"] = 100.0 * part.lost
+        for measure in part.measures:
+            found[f"{part.name}/{measure.name}"] = measure.statistics.mean
+    return found
 
 
 def measured(

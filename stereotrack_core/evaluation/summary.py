@@ -7,8 +7,9 @@ to hand (thesis, chapter 4).
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
+from typing import TypeAlias
 
 import numpy as np
 
@@ -38,8 +39,11 @@ class LimbErrors:
 
     def between(self, first: int, end: int) -> LimbErrors:
         """Return the frames of a half-open stretch."""
-        inside = (self.frame >= first) & (self.frame < end)
-        return LimbErrors(*(getattr(self, field.name)[inside] for field in fields(self)))
+        return self.chosen(np.asarray((self.frame >= first) & (self.frame < end)))
+
+    def chosen(self, rows: BoolArray) -> LimbErrors:
+        """Return the frames of these rows (F,)."""
+        return LimbErrors(*(getattr(self, field.name)[rows] for field in fields(self)))
 
     @property
     def arm_segments(self) -> FloatArray:
@@ -214,19 +218,38 @@ def evaluate(
     return summarise(errors if frames is None else errors.between(frames.start, frames.stop))
 
 
-def summarise(errors: LimbErrors, name: str = "all") -> Summary:
-    """Pool the errors over all frames, both arms together and each alone."""
+Sigmas: TypeAlias = Mapping[str, FloatArray]
+"""Standard deviations (F, k) of the reference by measure, in its unit; NaN where not stated."""
+
+
+def summarise(errors: LimbErrors, name: str = "all", sigmas: Sigmas | None = None) -> Summary:
+    """Pool the errors over all frames, both arms together and each alone.
+
+    With `sigmas`, errors count by how well the reference is known: weights are 1 / (s^2 + sigma^2),
+    s the median error. What the run lacks has the weight that the reference has there.
+    """
     values, arms = values_of(errors), errors.arm_segments
+    weights = {key: _weights(values[key], own) for key, own in (sigmas or {}).items()}
     return Summary(
         name=name,
         frames=len(errors.frame),
         not_tracked=int(np.count_nonzero(~errors.tracked)),
         measures=tuple(
-            Measure(key, label, unit, statistics(values[key]))
+            Measure(key, label, unit, statistics(values[key], weights.get(key)))
             for key, label, unit in ERROR_MEASURES
         ),
         lost=statistics(np.where(np.isnan(arms), np.nan, arms > LOST_ANGLE)).mean,
     )
+
+
+def _weights(values: FloatArray, sigma: FloatArray) -> FloatArray | None:
+    """Weights of errors; where the reference states no sigma its median counts, None without."""
+    known, scale = sigma[np.isfinite(sigma)], statistics(values).median
+    if not known.size or not np.isfinite(scale):
+        return None
+    variance = np.square(np.where(np.isfinite(sigma), sigma, np.median(known)))
+    floor = max(scale**2, np.finfo(np.float64).tiny)
+    return np.asarray(1.0 / (floor + variance.reshape(values.shape)))
 
 
 def values_of(errors: LimbErrors) -> dict[str, FloatArray]:
@@ -242,18 +265,42 @@ def values_of(errors: LimbErrors) -> dict[str, FloatArray]:
     }
 
 
-def summarise_segments(errors: LimbErrors, segments: Sequence[Segment]) -> tuple[Summary, ...]:
-    """One summary for each named stretch, in their order."""
-    return tuple(summarise(errors.between(s.first, s.end), s.name) for s in segments)
+def summarise_segments(
+    errors: LimbErrors, segments: Sequence[Segment], sigmas: Sigmas | None = None
+) -> tuple[Summary, ...]:
+    """One summary for each name; stretches of the same name count together."""
+    found = []
+    for name in dict.fromkeys(segment.name for segment in segments):
+        inside = within([one for one in segments if one.name == name], errors.frame)
+        own = None if sigmas is None else {key: sigma[inside] for key, sigma in sigmas.items()}
+        found.append(summarise(errors.chosen(inside), name, own))
+    return tuple(found)
 
 
-def statistics(values: FloatArray) -> Statistics:
-    """Statistics of the values that are not NaN."""
-    known = values[~np.isnan(values)]
+def within(segments: Iterable[Segment], frame: IntArray) -> BoolArray:
+    """Whether frames (F,) lie in any of some segments."""
+    inside: BoolArray = np.zeros(len(frame), dtype=np.bool_)
+    for one in segments:
+        inside |= (frame >= one.first) & (frame < one.end)
+    return inside
+
+
+def statistics(values: FloatArray, weights: FloatArray | None = None) -> Statistics:
+    """Statistics of the values that are not NaN; each may have a weight."""
+    there = ~np.isnan(values)
+    known = values[there]
     if not known.size:
         return Statistics(np.nan, np.nan, np.nan, 0)
-    median, p95 = np.percentile(known, [50, 95])
-    return Statistics(float(known.mean()), float(median), float(p95), int(known.size))
+    if weights is None:
+        median, p95 = np.percentile(known, [50, 95])
+        return Statistics(float(known.mean()), float(median), float(p95), int(known.size))
+    own, order = weights[there], np.argsort(known)
+    # equal weights give the percentiles of NumPy, between whose ends values are interpolated
+    middle = np.cumsum(own[order]) - 0.5 * own[order]
+    share = (middle - middle[0]) / max(middle[-1] - middle[0], np.finfo(np.float64).tiny)
+    median, p95 = np.interp([0.5, 0.95], share, known[order])
+    mean = np.average(known, weights=own)
+    return Statistics(float(mean), float(median), float(p95), int(known.size))
 
 
 @dataclass(frozen=True)

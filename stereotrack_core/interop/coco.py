@@ -2,18 +2,20 @@
 
 One annotation is one person in one picture; a keypoint is x, y in pixels (the centre of the first
 one is 0) and v: 2 visible, 1 labelled but hidden, 0 not labelled. What is outside the image cannot
-be told from what nobody has labelled, so an annotation may list it under ``outside``; where each
-keypoint comes from may stand under ``sources``, in their order, empty if not labelled; pictures may
-state ``camera`` and ``frame``, otherwise both are told from the file's name.
+be told from what nobody has labelled, so an annotation may list it under ``outside``. Provenance of
+keypoints may stand under ``sources``, ``sigmas``, ``flags``, ``annotators`` and ``times``, in their
+order, empty if not known. Pictures may state ``camera`` and ``frame``, otherwise both are told from
+the file's name.
 """
 
 import json
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from stereotrack_core.annotation.click import Click, Visibility, origin_of_source
+from stereotrack_core.annotation.click import Click, Visibility
 from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.atomic import write_file
 from stereotrack_core.errors import InputError
@@ -24,13 +26,13 @@ from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.landmarks import SKELETON
 
 # Not read by sleap-io (0.9.5): it leaves out annotations whose pictures are not beside the file,
-# and what is listed under `outside` and `sources`.
+# and what is listed under `outside` and as provenance.
 
 _ENTRY: Kind = {
     **dict.fromkeys(("id", "image_id", "category_id"), (int, str)),
     "keypoints": [object],
     "outside": [object],
-    "sources": [object],
+    **{f"{name}s": [object] for name in label_source.PROVENANCE},
 }
 _KINDS: Mapping[str, Kind] = {"images": [_ENTRY], "annotations": [_ENTRY], "categories": [_ENTRY]}
 """What a file has to hold, and of which kind it has to be."""
@@ -39,7 +41,7 @@ _KINDS: Mapping[str, Kind] = {"images": [_ENTRY], "annotations": [_ENTRY], "cate
 def write_coco(
     path: Path, clicks: Iterable[Click], recording: Recording, landmarks: LandmarkSet
 ) -> None:
-    """Write clicks of all cameras but deleted ones, without flag and sigma."""
+    """Write clicks of all cameras but deleted ones, with their provenance."""
     names = landmarks.names
     images, annotations = [], []
     pictures = label_source.pictures_of(clicks, names, recording, path)
@@ -103,7 +105,10 @@ def read_coco(source: label_source.LabelSource) -> label_source.Labels:
         keypoints = categories.get(annotation.get("category_id"), [])
         return _clicks(annotation, keypoints, known, place, where)
 
-    return source.labels(theirs, there, read)
+    unstated = tuple(
+        name for name in ("flag", "sigma") if not any(f"{name}s" in one for one in there)
+    )
+    return replace(source.labels(theirs, there, read), unstated=unstated)
 
 
 def _annotation(number: int, clicks: Mapping[str, Click], names: Sequence[str]) -> dict[str, Any]:
@@ -127,7 +132,15 @@ def _annotation(number: int, clicks: Mapping[str, Click], names: Sequence[str]) 
         "bbox": [*low, *size],
         "area": size[0] * size[1],
         "outside": [name for name, click in clicks.items() if click.position is None],
-        "sources": [clicks[name].source if name in clicks else "" for name in names],
+        **_provenance(clicks, names),
+    }
+
+
+def _provenance(clicks: Mapping[str, Click], names: Sequence[str]) -> dict[str, list[str | float]]:
+    known = {name: label_source.provenance_of_click(click) for name, click in clicks.items()}
+    return {
+        f"{stated}s": [known[name][stated] if name in known else "" for name in names]
+        for stated in label_source.PROVENANCE
     }
 
 
@@ -183,16 +196,17 @@ def _clicks(
         what = f"keypoints must be {len(keypoints)} triples of x, y and v"
         raise InputError(what, where=where, remedy="Use the file as written by the labelling tool.")
     outside = {str(name) for name in annotation.get("outside") or []}
-    sources = dict(zip(keypoints, map(str, annotation.get("sources") or []), strict=False))
+    listed = {name: annotation.get(f"{name}s") or [] for name in label_source.PROVENANCE}
     clicks = []
     for i, name in enumerate(keypoints):
         if name not in known:
             continue
-        origin = origin_of_source(sources.get(name, ""))
+        stated = {key: own[i] for key, own in listed.items() if i < len(own)}
+        more = label_source.stated_provenance(stated, where)
         x, y, v = values[3 * i : 3 * i + 3]
         if v in (1, 2):
             seen = Visibility(int(v))
-            clicks.append(Click(*place, known[name], (float(x), float(y)), seen, origin=origin))
+            clicks.append(Click(*place, known[name], (float(x), float(y)), seen, **more))
         elif name in outside:
-            clicks.append(Click(*place, known[name], None, Visibility.OUTSIDE, origin=origin))
+            clicks.append(Click(*place, known[name], None, Visibility.OUTSIDE, **more))
     return clicks

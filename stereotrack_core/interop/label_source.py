@@ -1,12 +1,14 @@
 """Files of labels: what is known about one, what its names mean, and the clicks that it gives."""
 
+import math
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from datetime import datetime
 from pathlib import Path, PurePosixPath
-from typing import TypeVar
+from typing import Any, TypeVar
 
-from stereotrack_core.annotation.click import Click
+from stereotrack_core.annotation.click import Click, origin_of_source
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.description import Recording
@@ -16,6 +18,50 @@ from stereotrack_core.tables import LARGEST
 Item = TypeVar("Item")
 _NUMBER = re.compile(r"\d+")
 PLACES_ALONE = ("flag", "sigma", "visibility")  # what a file cannot say that has nothing but places
+
+
+PROVENANCE = {
+    "source": "source",
+    "sigma": "sigma",
+    "flag": "flag",
+    "annotator": "who",
+    "time": "at",
+}
+"""Names that files have for what is known of a click besides its place, and its fields."""
+
+
+def provenance_of_click(click: Click) -> dict[str, str | float]:
+    """Provenance of a click as files state it, by :data:`PROVENANCE`; empty if unknown."""
+    values = {name: getattr(click, own) for name, own in PROVENANCE.items()}
+    return {name: "" if value is None else value for name, value in values.items()}
+
+
+def stated_provenance(stated: Mapping[str, object], where: str) -> dict[str, Any]:
+    """Fields of a click from what a file states by :data:`PROVENANCE`; InputError for nonsense."""
+    texts = {name: str(stated.get(name) or "") for name in PROVENANCE}
+    sigma, time = texts["sigma"], texts["time"]
+    remedy = "Leave it empty if it is not known."
+    try:
+        known = float(sigma) if sigma else None
+        if known is not None and not 0.0 < known < math.inf:
+            raise ValueError
+    except ValueError:
+        what = f"{sigma!r} is not a standard deviation in pixels"
+        raise InputError(what, where=where, remedy=remedy) from None
+    try:
+        if time:
+            datetime.fromisoformat(time)
+    except ValueError:
+        what = f"{time!r} is not a time such as 2026-05-01T12:00:00"
+        raise InputError(what, where=where, remedy=remedy) from None
+    origin = origin_of_source(texts["source"])
+    return {
+        "origin": origin,
+        "sigma": known,
+        "flag": texts["flag"],
+        "who": texts["annotator"],
+        "at": time,
+    }
 
 
 @dataclass(frozen=True)

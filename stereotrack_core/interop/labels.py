@@ -1,7 +1,7 @@
 """Clicks from any file that is understood, by what it holds, and this program's own clicks file.
 
-The clicks file is ``frame,view,landmark,x,y,visibility,source``, in raw-image pixels; files
-without ``source`` are read as well.
+The clicks file is ``frame,view,landmark,x,y,visibility``, in raw-image pixels, followed by the
+provenance ``source,sigma,flag,annotator,time``; files without that are read as well.
 
 Clicks as tables with a row for each frame: DLTdv, Argus and XMALab.
 
@@ -30,13 +30,19 @@ from stereotrack_core.annotation.click import (
     Click,
     ClickKey,
     Visibility,
-    origin_of_source,
 )
 from stereotrack_core.atomic import write_file
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.coco import read_coco
 from stereotrack_core.interop.deeplabcut import is_deeplabcut, read_deeplabcut
-from stereotrack_core.interop.label_source import PLACES_ALONE, Labels, LabelSource
+from stereotrack_core.interop.label_source import (
+    PLACES_ALONE,
+    PROVENANCE,
+    Labels,
+    LabelSource,
+    provenance_of_click,
+    stated_provenance,
+)
 from stereotrack_core.interop.run_file import TRAJECTORY_SUFFIXES
 from stereotrack_core.interop.sleap import read_sleap
 from stereotrack_core.recording.description import Recording
@@ -164,7 +170,6 @@ def _trouble(click: Click, recording: Recording, frames: int | None) -> str:
 
 
 COLUMNS = ("frame", "view", "landmark", "x", "y", "visibility")
-_SOURCE = "source"
 
 
 def read_clicks(
@@ -190,7 +195,7 @@ def read_clicks(
     lines: dict[ClickKey, int] = {}
     clicks = []
     header = next(iter(tables.read_cells(path)), [])
-    columns = (*COLUMNS, _SOURCE) if _SOURCE in header else COLUMNS
+    columns = (*COLUMNS, *(name for name in PROVENANCE if name in header))
     for line, cells in tables.read_rows(path, columns, problems):
         try:
             click = _click(path, line, cells, recording, landmarks, frames)
@@ -204,21 +209,22 @@ def read_clicks(
         lines[click.key] = line
         clicks.append(click)
     problems.sort(key=_line_of)
-    return Labels(tuple(clicks), tuple(problems))
+    unstated = tuple(name for name in ("flag", "sigma") if name not in header)
+    return Labels(tuple(clicks), tuple(problems), unstated=unstated)
 
 
 def write_clicks(path: Path, clicks: Iterable[Click], recording: Recording) -> None:
-    """Write clicks for :func:`read_clicks`, but without author, time, flag and sigma.
+    """Write clicks for :func:`read_clicks`, with their provenance.
 
     Deleted ones are left out. The reference image of a view is named by the view, other cameras by
     their names. InputError where a view has the name of another view's camera.
     """
     there = (click for click in clicks if not click.deleted)
     rows = sorted(_row(click, recording) for click in there)
-    write_file(path, tables.csv_text((*COLUMNS, _SOURCE), rows))
+    write_file(path, tables.csv_text((*COLUMNS, *PROVENANCE), rows))
 
 
-def _row(click: Click, recording: Recording) -> tuple[int, str, str, str, str, int, str]:
+def _row(click: Click, recording: Recording) -> tuple[int | str | float, ...]:
     views = {view.image.camera: view.name for view in recording.views}
     name = views.get(click.camera, click.camera)
     if click.camera not in views and name in views.values():
@@ -226,7 +232,8 @@ def _row(click: Click, recording: Recording) -> tuple[int, str, str, str, str, i
         remedy = "Rename the camera or the view; a clicks file cannot distinguish them."
         raise InputError(what, where=recording.name, remedy=remedy)
     x, y = ("", "") if click.position is None else (repr(float(value)) for value in click.position)
-    return click.frame, name, click.landmark, x, y, int(click.visibility), click.source
+    place = click.frame, name, click.landmark, x, y, int(click.visibility)
+    return (*place, *provenance_of_click(click).values())
 
 
 def _click(
@@ -259,8 +266,8 @@ def _click(
     if seen != Visibility.OUTSIDE:
         x, y = (tables.finite_number(cells[axis], path, line, axis) for axis in "xy")
         position = x, y
-    origin = origin_of_source(cells.get(_SOURCE, ""))
-    click = Click(frame, cameras[name], landmark, position, seen, origin=origin)
+    stated = stated_provenance(cells, f"{path}, line {line}")
+    click = Click(frame, cameras[name], landmark, position, seen, **stated)
     if trouble := _trouble(click, recording, frames):
         remedy = "Write raw-image pixels (the centre of the first pixel is 0), or visibility 0."
         raise InputError(f"line {line}: {trouble}", where=str(path), remedy=remedy)

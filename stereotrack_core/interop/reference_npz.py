@@ -2,12 +2,17 @@
 
 import io
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, BinaryIO
 
 import numpy as np
+from numpy.typing import NDArray
 
+from stereotrack_core.annotation.fit.results import INTERPOLATED
+from stereotrack_core.annotation.provenance import FITTED, Provenance
 from stereotrack_core.annotation.reference import Reference
+from stereotrack_core.arrays import FloatArray
 from stereotrack_core.atomic import write_file
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.errors import InputError
@@ -15,6 +20,7 @@ from stereotrack_core.interop.npz import ArchiveFormat, ArrayLayout, archive_byt
 from stereotrack_core.plain_data import Kind, check_kind
 from stereotrack_core.reading import MB, open_file, parsed_json
 from stereotrack_core.recording import landmarks
+from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.tables import LARGEST as LAST_FRAME
 
 _LAYOUT: dict[str, ArrayLayout] = {
@@ -25,7 +31,10 @@ _LAYOUT: dict[str, ArrayLayout] = {
     "covariance": ArrayLayout("f", ("F", "n", 3, 3), optional=True),
     "limb_sigma_deg": ArrayLayout("f", ("F", len(LIMBS)), optional=True),
     "filled": ArrayLayout("b", ("F",), optional=True),
+    **{name: ArrayLayout("U", ("F", "n"), optional=True) for name in landmarks.TEXT_COLUMNS},
+    **{name: ArrayLayout("f", ("F", "n"), optional=True) for name in landmarks.NUMBER_COLUMNS},
 }
+"""The last five are the provenance of landmarks."""
 
 _META: Kind = {
     "fps": float,
@@ -49,30 +58,39 @@ def write_reference(path: Path, reference: Reference) -> None:
 
 
 def write_reference_table(path: Path, reference: Reference) -> None:
-    """Write the nine landmarks as ``.csv``, with sigmas and sources; see :func:`write_file`."""
-    sigma = source = None
+    """Write the nine landmarks as ``.csv``, with sigmas and provenance; see :func:`write_file`."""
+    sigma, provenance = None, reference.provenance
     if reference.covariance is not None:
         variances = np.diagonal(reference.covariance, axis1=2, axis2=3)
         sigma = reference.of_the_nine(np.sqrt(np.maximum(variances, 0.0)))
-    if reference.filled is not None:
-        source = tuple("interpolated" if one else "fit" for one in reference.filled)
+    texts, numbers = dict[str, NDArray[np.str_]](), dict[str, FloatArray]()
+    if provenance is not None:
+        own = provenance.of(reference.landmark_names, LANDMARKS).arrays()
+        texts = {name: own[name].astype(np.str_) for name in landmarks.TEXT_COLUMNS}
+        numbers = {name: own[name].astype(np.float64) for name in landmarks.NUMBER_COLUMNS}
+    elif reference.filled is not None:
+        source = np.where(reference.filled, INTERPOLATED, FITTED)
+        texts = {"source": np.repeat(source[:, None], len(LANDMARKS), axis=1)}
     trajectory = reference.trajectory(np.inf)
-    landmarks.write_landmark_table(path, landmarks.LandmarkTable(trajectory, sigma, source))
+    landmarks.write_landmark_table(path, landmarks.LandmarkTable(trajectory, sigma, texts, numbers))
 
 
 def read_reference_table(path: Path) -> Reference:
     """The reference of a ``.csv``, its covariances diagonal; InputError where it cannot be read."""
     table = landmarks.read_landmark_table(path)
     covariance = None if table.sigma is None else table.sigma[..., None] ** 2 * np.eye(3)
-    filled = None
-    if table.source is not None:
-        filled = np.array([one == "interpolated" for one in table.source], dtype=np.bool_)
+    filled = provenance = None
+    if "source" in table.texts:
+        filled = np.asarray((table.texts["source"] == INTERPOLATED).any(axis=1))
+        stated: dict[str, Any] = {**table.texts, **table.numbers}
+        nothing = Provenance.unknown(*table.trajectory.points.shape[:2])
+        provenance = Provenance(**{**nothing.arrays(), **stated})
     trajectory, meta = table.trajectory, dict[str, Any](imported_from=path.name)
     if trajectory.fps is not None:
         meta["fps"] = trajectory.fps
     return Reference(
         trajectory.frame, trajectory.points, covariance, filled=filled, meta=meta,
-        notes=trajectory.notes,
+        notes=trajectory.notes, provenance=provenance,
     )  # fmt: skip
 
 
@@ -100,9 +118,11 @@ def reference_bytes(reference: Reference) -> bytes:
         "landmark_names": np.array(reference.landmark_names, dtype=np.str_),
         "meta": np.array(json.dumps(dict(reference.meta))),
     }
-    for key, own in _LAYOUT.items():
-        if own.optional and (array := getattr(reference, key)) is not None:
+    for key in ("covariance", "limb_sigma_deg", "filled"):
+        if (array := getattr(reference, key)) is not None:
             arrays[key] = array
+    if reference.provenance is not None:
+        arrays |= reference.provenance.arrays()
     return archive_bytes(arrays)
 
 
@@ -127,4 +147,10 @@ def _reference_in(file: BinaryIO, where: str) -> Reference:
             filled=arrays.get("filled"),
             landmark_names=tuple(str(one) for one in arrays["landmark_names"]),
             meta=meta,
+            provenance=_provenance_in(arrays),
         )
+
+
+def _provenance_in(arrays: Mapping[str, Any]) -> Provenance | None:
+    names = (*landmarks.TEXT_COLUMNS, *landmarks.NUMBER_COLUMNS)
+    return Provenance(*(arrays[name] for name in names)) if set(names) <= arrays.keys() else None

@@ -10,6 +10,7 @@ import numpy as np
 from stereotrack_core.annotation.agreement import Difference, differences
 from stereotrack_core.annotation.click import (
     ACCEPTED,
+    DETECTED,
     UNCERTAIN,
     Click,
     ClickKey,
@@ -22,7 +23,7 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.project.connection import Access
 from stereotrack_core.project.database import making_sense
 from stereotrack_core.project.edit import Change, Edit, Stamp, State
-from stereotrack_core.project.schema import CLICK, REPEAT_CLICK, Row, Table, Value
+from stereotrack_core.project.schema import CLICK, KEYPOINT, REPEAT_CLICK, Row, Table, Value
 
 
 def _click(row: Sequence[Any]) -> Click:
@@ -72,6 +73,14 @@ class Clicks:
         """All clicks by frame."""
         condition = "" if with_deleted else "WHERE deleted = 0"
         return self._clicks(f"{condition} ORDER BY frame, camera, landmark")
+
+    def used(self, first: int = 0, end: int = 2**62) -> tuple[Click, ...]:
+        """Those of :meth:`between` in cameras that are not left out."""
+        return self._clicks(
+            "WHERE frame >= ? AND frame < ? AND deleted = 0 AND camera NOT IN"
+            " (SELECT camera FROM camera_use WHERE used = 0 AND deleted = 0) ORDER BY frame",
+            *(first, end),
+        )
 
     def frames(self) -> IntArray:
         """Frames (F,) that have a click, ascending."""
@@ -290,22 +299,28 @@ class _Reading(State):
         return super().row(REPEAT_CLICK, (self.round, *key)) if table is CLICK else None
 
 
+_DETECTORS = f"SELECT DISTINCT source FROM {KEYPOINT}"  # noqa: S608 - a constant
+
+
 def accept_points(
     predictions: Sequence[Prediction], *, even_deleted: bool = False, left_open: str = ""
 ) -> Edit:
     """Let predictions be clicks, noted as accepted; where a person has clicked, that click stays.
 
-    The last of several counts. With `even_deleted`, also where somebody has taken a click away.
+    Those of a detector that the project has keypoints of are noted as such. The last of several
+    counts. With `even_deleted`, also where somebody has taken a click away.
     `left_open`: what was not certain enough, in words without a full stop.
     """
 
     def changes(state: State, stamp: Stamp) -> Iterable[Change]:
+        detectors = {one for (one,) in state.database.execute(_DETECTORS)}
         for prediction in predictions:
             before = state.row(CLICK, prediction.key)
             if before is None or (before[-1] and even_deleted):
                 outside = prediction.visibility == Visibility.OUTSIDE
                 position = None if outside else prediction.position
-                click = Click(*prediction.key, position, prediction.visibility, origin=ACCEPTED)
+                origin = DETECTED if prediction.source in detectors else ACCEPTED
+                click = Click(*prediction.key, position, prediction.visibility, origin=origin)
                 yield Change(CLICK, prediction.key, before, _values(click, stamp))
 
     words = f"accept {_place_text([one.key for one in predictions])}"

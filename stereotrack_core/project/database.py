@@ -22,6 +22,7 @@ from stereotrack_core.project.schema import (
     OLDEST_FORMAT,
     STATEMENTS,
     Row,
+    lending,
 )
 from stereotrack_core.reading import open_file
 
@@ -200,7 +201,7 @@ def _missing(database: sqlite3.Connection) -> list[str]:
 def lend_missing(database: sqlite3.Connection) -> None:
     """Let a project of an older format that is only read look as if it had what it lacks."""
     for statement in _missing(database):
-        database.execute(statement.replace("CREATE", "CREATE TEMP", 1))
+        database.execute(lending(statement))
 
 
 def bring_up_to_date(database: sqlite3.Connection, path: Path) -> Path | None:
@@ -218,6 +219,8 @@ def bring_up_to_date(database: sqlite3.Connection, path: Path) -> Path | None:
         for statement in _missing(database):
             database.execute(statement)
         database.execute(f"PRAGMA user_version = {FORMAT}")
+        check_schema(database, path)  # what was written; where it is wrong, nothing is
+        check_whole(database, path)
     return copy
 
 

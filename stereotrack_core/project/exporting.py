@@ -4,15 +4,18 @@ A format is an entry of :data:`FORMATS` that carries its own functions. The comm
 offer what stands there.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
-from stereotrack_core.annotation.click import Click, Visibility
+from stereotrack_core.annotation.click import Click
 from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.annotation.reference import MAX_SIGMA, Reference
 from stereotrack_core.atomic import write_file
@@ -33,6 +36,7 @@ from stereotrack_core.interop.labels import write_clicks
 from stereotrack_core.interop.reference_npz import write_reference, write_reference_table
 from stereotrack_core.interop.run_file import write_run, write_trajectory
 from stereotrack_core.interop.sleap import write_sleap
+from stereotrack_core.project.project import Project
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.keypoints import Keypoints
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
@@ -66,6 +70,13 @@ class ClickedRecording:
     clicks: Sequence[Click]
     recording: Recording
     landmarks: LandmarkSet
+    left_out: Sequence[str] = ()  # cameras that the project does not use
+
+    @staticmethod
+    def of(project: Project, recording: Recording) -> ClickedRecording:
+        """The clicks of a project, without cameras that are left out."""
+        out = sorted(project.marks.unused_cameras())
+        return ClickedRecording(project.clicks.used(), recording, project.landmark_set(), out)
 
 
 @dataclass(frozen=True)
@@ -82,7 +93,7 @@ class ExportFormat:
     keypoints: Callable[[Path, Keypoints, Recording], Exported] | None = None
     module: str = ""  # library that it needs besides
     extra: str = ""  # optional dependency that installs the library
-    loses: frozenset[str] = frozenset()  # properties of clicks (_PROPERTIES) without a place in it
+    beside: bool = False  # whether provenance has no place in it, so that a table lies beside
     lost_of_reference: str = ""  # parts of a fitted reference without a place in it, in words
 
     @property
@@ -105,28 +116,44 @@ class ExportFormat:
 
 
 def export_reference(
-    path: Path, reference: Reference, form: ExportFormat, fps: float | None
+    path: Path,
+    reference: Reference,
+    form: ExportFormat,
+    fps: float | None,
+    max_sigma: float = MAX_SIGMA,
 ) -> Exported:
-    """Write what is known of a reference within :data:`MAX_SIGMA`; says what is not.
+    """Write what is known of a reference within a standard deviation, metres; says what is not.
 
-    ``npz`` keeps the covariances, ``csv`` the standard deviations along the axes and ``c3d`` the
-    largest one as residual; raises InputError as :func:`writer` does.
+    ``npz`` and ``csv`` keep uncertainty and provenance, of other formats a table beside does.
+    Raises InputError as :func:`writer` does.
     """
-    written = writer(form, "reference")(path, reference.within(MAX_SIGMA), fps)
-    lost = ""
+    known, lost = reference.within(max_sigma), ""
+    written = writer(form, "reference")(path, known, fps)
+    if form.beside and (known.covariance is not None or known.provenance is not None):
+        written = _with_table(written, path, partial(write_reference_table, reference=known))
     if form.lost_of_reference and reference.covariance is not None:
         lost = f"{form.label} cannot store: {form.lost_of_reference}."
-    notes = (*written.notes, reference.left_out(MAX_SIGMA), lost)
+    notes = (*written.notes, reference.left_out(max_sigma), lost)
     return replace(written, notes=tuple(filter(None, notes)))
 
 
 def export_clicks(path: Path, clicked: ClickedRecording, form: ExportFormat) -> Exported:
     """Write clicks; raises InputError as :func:`writer` does."""
     written = writer(form, "clicks")(path, clicked)
-    note = _lost_of_clicks(form, clicked.clicks)
-    if not clicked.clicks:
-        note = "The project has no clicks, so the file is empty."
-    return replace(written, notes=(note,) if note else ())
+    if form.beside:
+        write = partial(write_clicks, clicks=clicked.clicks, recording=clicked.recording)
+        written = _with_table(written, path, write)
+    empty = "" if clicked.clicks else "The project has no clicks, so the file is empty."
+    out = ", ".join(clicked.left_out)
+    notes = (empty, f"Left out: clicks in {out}, which the project does not use." if out else "")
+    return replace(written, notes=tuple(filter(None, notes)))
+
+
+def _with_table(written: Exported, path: Path, write: Callable[[Path], None]) -> Exported:
+    """Write a table of provenance beside a file."""
+    table = path.with_name(f"{path.name}.provenance.csv")
+    write(table)
+    return replace(written, files={**written.files, table: "provenance of each landmark"})
 
 
 def export_angles(path: Path, angles: JointAngles, fps: float | None) -> Exported:
@@ -180,40 +207,27 @@ def _coco_results(path: Path, keypoints: Keypoints, recording: Recording) -> Exp
     return Exported({path: f"{counted(len(keypoints) - others, 'keypoint')}{told}"})
 
 
-_PROPERTIES: Mapping[str, tuple[str, Callable[[Click], bool]]] = {
-    "guessed": ("which clicks are guessed", lambda one: one.visibility == Visibility.GUESSED),
-    "outside": ("landmarks outside the image", lambda one: one.visibility == Visibility.OUTSIDE),
-    "source": ("which clicks are accepted or imported", lambda one: one.origin != "hand"),
-    "sigma": ("click uncertainties", lambda one: one.sigma is not None),
-    "flag": ("flags", lambda one: bool(one.flag)),
-    "annotator": ("annotators and times", lambda one: bool(one.who)),
-}
-"""Properties of clicks: in words, and whether a click has a value that is not the usual one."""
-
-_NOTES = frozenset({"sigma", "flag", "annotator"})
-_SIGMA_AND_SOURCE = "standard deviations, and which frames are interpolated"
 _TRAJECTORIES = (_frames(write_run), _frames(write_trajectory), _frames(_landmarks_of_reference))
+_LOST = "covariances between axes, and uncertainties of limbs"
 
 FORMATS: tuple[ExportFormat, ...] = (
     ExportFormat(
         "csv", "Table", (".csv",), *_TRAJECTORIES[:2],
         _frames(lambda path, one, _: write_reference_table(path, one)),
         _clicks(lambda path, one: write_clicks(path, one.clicks, one.recording)),
-        _told(write_table, lambda keypoints: counted(len(keypoints), "keypoint")), loses=_NOTES,
-        lost_of_reference="covariances between axes, and uncertainties of limbs",
+        _told(write_table, lambda keypoints: counted(len(keypoints), "keypoint")),
+        lost_of_reference=_LOST,
     ),
     ExportFormat(
-        "trc", "TRC, OpenSim", (".trc",), *_TRAJECTORIES, lost_of_reference=_SIGMA_AND_SOURCE
+        "trc", "TRC, OpenSim", (".trc",), *_TRAJECTORIES, beside=True, lost_of_reference=_LOST,
     ),
     ExportFormat(
-        "c3d", "C3D", (".c3d",), *_TRAJECTORIES,
-        lost_of_reference="standard deviations other than the largest one of each landmark (its "
-        "residual), and which frames are interpolated",
+        "c3d", "C3D", (".c3d",), *_TRAJECTORIES, beside=True, lost_of_reference=_LOST,
     ),
     ExportFormat(
-        "bvh", "BVH", (".bvh",), *_TRAJECTORIES,
-        lost_of_reference=f"{_SIGMA_AND_SOURCE}, and gaps: unknown landmarks stay as they were "
-        "last known",
+        "bvh", "BVH", (".bvh",), *_TRAJECTORIES, beside=True,
+        lost_of_reference=f"{_LOST}, and gaps: unknown landmarks stay as they were last "
+        "known",
     ),
     ExportFormat(
         "npz", "Complete, with uncertainty", (".npz",), _TRAJECTORIES[0],
@@ -222,32 +236,20 @@ FORMATS: tuple[ExportFormat, ...] = (
     ExportFormat(
         "angles", "Joint angles", (".csv",), _angles_of_run,
         _angles,
-        lambda path, one, fps: _angles(path, one.trajectory(np.inf), fps),
+        lambda path, one, fps: _angles(path, one.trajectory(np.inf), fps), beside=True,
     ),
     ExportFormat(
         "coco", "COCO keypoints", (".json",),
         clicks=_clicks(lambda path, c: write_coco(path, c.clicks, c.recording, c.landmarks)),
-        keypoints=_coco_results, loses=_NOTES,
+        keypoints=_coco_results,
     ),
     ExportFormat(
         "slp", "SLEAP", (".slp",),
         clicks=_clicks(lambda path, c: write_sleap(path, c.clicks, c.recording, c.landmarks)),
-        module="sleap_io", extra="sleap", loses=_NOTES | {"outside", "source"},
+        module="sleap_io", extra="sleap", beside=True,
     ),
-    ExportFormat(
-        "dlc", "DeepLabCut", (".csv",), clicks=_deeplabcut, loses=frozenset(_PROPERTIES)
-    ),
+    ExportFormat("dlc", "DeepLabCut", (".csv",), clicks=_deeplabcut, beside=True),
 )  # fmt: skip
-
-
-def _lost_of_clicks(form: ExportFormat, clicks: Iterable[Click]) -> str:
-    """Sentence on properties of these clicks that a format has no place for; empty if none."""
-    lost = {name: 0 for name in _PROPERTIES if name in form.loses}
-    for click in clicks:
-        for name in lost:
-            lost[name] += _PROPERTIES[name][1](click)
-    words = [f"{_PROPERTIES[name][0]} ({count})" for name, count in lost.items() if count]
-    return f"{form.label} cannot store: {', '.join(words)}." if words else ""
 
 
 def formats_of(*kinds: Kind) -> tuple[ExportFormat, ...]:

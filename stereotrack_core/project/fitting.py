@@ -31,6 +31,7 @@ from stereotrack_core.annotation.reference import (
     reference_of_fit,
     without_gaps,
 )
+from stereotrack_core.arrays import stretches_of
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.counting import counted, spread_words
 from stereotrack_core.evaluation.accuracy import arms_good_to, reference_quality
@@ -57,17 +58,26 @@ def fit_project(
     frames: range,
     settings: FitSettings,
     do: Callable[[Callable[..., TrajectoryFit]], TrajectoryFit],
+    *,
+    between: bool = True,
 ) -> Reference:
     """Fit the body to all clicks of some frames, by the project's landmarks, subject and gaps.
+
+    Without `between`, frames that are not clicked are left unknown, which takes a fraction of the
+    time.
 
     `do` calls :func:`fit_reference`, given with all but ``on_frame``. Raises InputError, Cancelled.
     """
     check_calibrated(recording)
     begun, landmarks = time.monotonic(), project.landmark_set()
-    clicks = project.clicks.between(frames.start, frames.stop)
+    clicks = project.clicks.used(frames.start, frames.stop)
     sigma, subject = project.click_sigmas(), project.subject() or recording.subject
+    gaps = [*gaps_of(project)]
+    if not between:
+        own = np.isin(frames, [click.frame for click in clicks])
+        gaps += [frames[one.start : one.stop] for one in stretches_of(~own)]
     request = FitRequest(
-        frames, None, settings, landmarks, sigma, source=project.path.name, gaps=gaps_of(project)
+        frames, None, settings, landmarks, sigma, source=project.path.name, gaps=gaps
     )
     fit = do(partial(fit_reference, replace(recording, subject=subject), clicks, request))
     clicked = {(click.frame, click.landmark) for click in clicks if click.position is not None}
@@ -77,7 +87,7 @@ def fit_project(
         "subject": "" if subject is None else subject.name,
         "seconds": time.monotonic() - begun,
     }
-    return reference_of_fit(without_gaps(fit, landmark_gaps_of(project), clicked), meta)
+    return reference_of_fit(without_gaps(fit, landmark_gaps_of(project), clicked), meta, clicks)
 
 
 def keep_fitted(project: Project, reference: Reference, frames: range | None) -> None:
@@ -115,7 +125,7 @@ class ShownReference:
 def read_reference(project: Project, recording: Recording, name: str) -> ShownReference:
     """The reference of that name, with what follows from it and the present clicks."""
     reference, landmarks = load_reference(project.references, name), project.landmark_set()
-    clicks, cameras = project.clicks.all(), recording.cameras
+    clicks, cameras = project.clicks.used(), recording.cameras
     fit = fit_of_reference(reference, landmarks, clicks, cameras)
     if fit is None:
         good = arms_good_to(reference_quality(reference, reference.frame))

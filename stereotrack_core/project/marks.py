@@ -1,11 +1,11 @@
-"""Flags on frames, and frames that shall be annotated."""
+"""Flags on frames, frames that shall be annotated, and cameras that are left out."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from stereotrack_core.project.connection import Access
 from stereotrack_core.project.edit import Change, Edit, Stamp, State
-from stereotrack_core.project.schema import FRAME_FLAG, KEYFRAME, Row
+from stereotrack_core.project.schema import CAMERA_USE, FRAME_FLAG, KEYFRAME, Row
 
 GAP, REVIEW = "gap", "review"  # flags: nothing is interpolated there; to be looked at again
 
@@ -50,6 +50,22 @@ class Marks:
             "SELECT frame, done FROM keyframe WHERE deleted = 0 ORDER BY frame"
         )
         return tuple(Keyframe(frame, bool(done)) for frame, done in rows)
+
+    def unused_cameras(self) -> frozenset[str]:
+        """Cameras that are left out of triangulation, fit and export."""
+        rows = self._access.rows("SELECT camera FROM camera_use WHERE used = 0 AND deleted = 0")
+        return frozenset(camera for (camera,) in rows)
+
+
+def use_camera(camera: str, *, used: bool) -> Edit:
+    """Leave a camera out of triangulation, fit and export, or use it again; clicks stay."""
+
+    def changes(state: State, stamp: Stamp) -> Iterable[Change]:
+        before = state.row(CAMERA_USE, (camera,))
+        if (before is None or bool(before[0])) != used:
+            yield Change(CAMERA_USE, (camera,), before, (int(used), stamp.who, stamp.at, 0))
+
+    return Edit("use camera", f"{'use' if used else 'leave out'} camera {camera}", changes)
 
 
 def flag_frames(flags: Sequence[FrameFlag], *, off: bool = False) -> Edit:

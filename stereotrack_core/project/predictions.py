@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from stereotrack_core.annotation.click import FARTHEST, ClickKey, Prediction
+from stereotrack_core.annotation.click import FARTHEST, ClickKey, Prediction, Visibility
 from stereotrack_core.project.connection import Access
 from stereotrack_core.project.database import making_sense
 from stereotrack_core.project.schema import KEYPOINT, Row, Value
@@ -48,7 +48,7 @@ class Predictions:
                 "DELETE FROM prediction WHERE source = ? AND frame >= ? AND frame < ?",
                 (source, low, high),
             )
-            database.executemany("INSERT INTO prediction VALUES (?, ?, ?, ?, ?, ?, ?)", rows)
+            database.executemany("INSERT INTO prediction VALUES (?, ?, ?, ?, ?, ?, ?, ?)", rows)
         return len(rows)
 
     def unclicked(self, predictions: Iterable[Prediction]) -> list[Prediction]:
@@ -59,17 +59,20 @@ class Predictions:
 
     def _predictions(self, condition: str, *values: Value) -> tuple[Prediction, ...]:
         rows = self._access.rows(
-            f"SELECT frame, camera, landmark, source, x, y, sigma FROM prediction {condition}",  # noqa: S608 - constants
+            "SELECT frame, camera, landmark, source, x, y, sigma, visibility FROM prediction "  # noqa: S608 - constants
+            f"{condition}",
             values,
         )
-        return tuple(
-            Prediction(frame, camera, landmark, source, (x, y), sigma)
-            for frame, camera, landmark, source, x, y, sigma in rows
-        )
+        with making_sense(self._access.path):
+            return tuple(
+                Prediction(frame, camera, landmark, source, (x, y), sigma, Visibility(seen))
+                for frame, camera, landmark, source, x, y, sigma, seen in rows
+            )
 
 
 def _row(one: Prediction) -> Row:
-    return (*one.key, one.source, *map(float, one.position), one.sigma)
+    place = map(float, one.position)
+    return (*one.key, one.source, *place, one.sigma, int(one.visibility))
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,7 +125,7 @@ class StoredKeypoints:
                 rows_of(state.keypoints),
             )
             database.executemany(
-                "INSERT OR REPLACE INTO prediction VALUES (?, ?, ?, ?, ?, ?, ?)",
+                "INSERT OR REPLACE INTO prediction VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
                 map(_row, state.proposed),
             )
             database.executemany(

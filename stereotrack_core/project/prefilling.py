@@ -207,9 +207,9 @@ def propose_selection(
     Raises InputError without a click to begin with; Cancelled, with nothing kept.
     """
     frames = selection.frames
-    near = project.clicks.between(max(frames.start - _FARTHEST, 0), frames.stop + _FARTHEST)
+    near = project.clicks.used(max(frames.start - _FARTHEST, 0), frames.stop + _FARTHEST)
     if not near:
-        what = f"there is no click near {selection.words()} to propose anything from"
+        what = f"there is no click near {selection.words()} to predict anything from"
         raise InputError(what, remedy="Click landmarks in the first frame of the selection first.")
     gaps = gaps_of(project)
     wanted = [frame for frame in frames if not any(frame in gap for gap in gaps)]
@@ -221,6 +221,7 @@ def propose_selection(
     proposer, found = Proposer(), list[Prediction]()
     names, sigmas = project.landmark_set().names, project.click_sigmas()
     clicked = {click.camera for click in near} | {view.image.camera for view in recording.views}
+    clicked -= project.marks.unused_cameras()
     cameras = {name: one for name, one in recording.cameras.items() if name in clicked}
     for frame in wanted:
         work.step(0.5 + 0.5 * (frame - frames.start) / len(frames), f"frame {frame}")
@@ -231,7 +232,7 @@ def propose_selection(
         )
         found += proposer(question).predictions
     kept = _keep_predictions(project, PROPOSED, outside_gaps(project, found), selection)
-    return f"{counted(kept, 'point')} proposed in {selection.words()}."
+    return f"{counted(kept, 'point')} predicted in {selection.words()}."
 
 
 def clicks_around(
@@ -243,5 +244,5 @@ def clicks_around(
     frames = [int(one) for one in project.clicks.frames() if first <= one < end]
     before = [one for one in frames if one < frame][-_SIDE:]
     after = [one for one in frames if one > frame][:_SIDE]
-    around = (click for one in (*before, *after) for click in project.clicks.at(one))
-    return project.clicks.at(frame), tuple(around)
+    around = (click for one in (*before, *after) for click in project.clicks.used(one, one + 1))
+    return project.clicks.used(frame, frame + 1), tuple(around)

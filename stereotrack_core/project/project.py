@@ -26,6 +26,7 @@ from stereotrack_core.project.schema import (
     PARAMETER_SET,
     REFERENCE,
     RUN,
+    SCENARIO,
     SUBJECT,
 )
 from stereotrack_core.project.whereabouts import (
@@ -68,6 +69,7 @@ class Project:
         self.subjects = Entries(SUBJECT, self._access)
         self.landmark_sets = Entries(LANDMARK_SET, self._access)
         self.parameter_sets = Entries(PARAMETER_SET, self._access)
+        self.scenarios = Entries(SCENARIO, self._access)
         self.subject()  # refuses one that makes no sense, and the set likewise
         self.landmark_set()
 

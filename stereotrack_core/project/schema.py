@@ -9,7 +9,9 @@ Value: TypeAlias = str | int | float | None
 Row: TypeAlias = tuple[Value, ...]
 
 _TYPES = {
-    **dict.fromkeys(("round", "frame", "visibility", "done", "deleted"), "INTEGER NOT NULL"),
+    **dict.fromkeys(
+        ("round", "frame", "visibility", "done", "used", "deleted"), "INTEGER NOT NULL"
+    ),
     **dict.fromkeys(("x", "y", "sigma"), "REAL"),
     "content": "TEXT REFERENCES content (hash)",
 }
@@ -65,24 +67,6 @@ class Table:
             database.execute(f"{statement} VALUES ({', '.join('?' * len(row))})", row)
 
 
-FORMAT = 2  # version of the layout; kept in the file's ``user_version``
-OLDEST_FORMAT = 1  # opened for writing, an older file gets what it lacks
-KEYPOINT = "keypoint"  # table of what 2-D detectors have predicted
-ADDED_STATEMENTS: dict[int, tuple[str, ...]] = {
-    2: (
-        f"""CREATE TABLE {KEYPOINT} (
-    frame INTEGER NOT NULL,
-    camera TEXT NOT NULL,
-    keypoint TEXT NOT NULL,
-    source TEXT NOT NULL,
-    person INTEGER NOT NULL,
-    x REAL NOT NULL, y REAL NOT NULL,
-    confidence REAL NOT NULL,
-    PRIMARY KEY (frame, camera, keypoint, source, person)) WITHOUT ROWID""",
-    )
-}
-"""Statements that bring a project of the format before up to date."""
-
 APPLICATION = 0x53745470  # ``application_id``, which tells what a database is for: ``StTp``
 _STAMP = ("who", "at", "deleted")
 _CLICK_VALUES = ("x", "y", "visibility", "flag", "sigma", "origin", *_STAMP)
@@ -98,16 +82,52 @@ LANDMARK_SET = Table("landmark_set", *_ENTRY, "landmark set")
 PARAMETER_SET = Table("parameter_set", *_ENTRY, "preset")
 DESCRIPTION = Table("description", *_ENTRY, "description")
 CHOICE = Table("choice", ("name",), ("value",))
+SCENARIO = Table("scenario", *_ENTRY, "scenario")
+CAMERA_USE = Table("camera_use", ("camera",), ("used", *_STAMP))
+
+FORMAT = 3  # version of the layout; kept in the file's ``user_version``
+OLDEST_FORMAT = 1  # opened for writing, an older file gets what it lacks
+KEYPOINT = "keypoint"  # table of what 2-D detectors have predicted
+_ADD_VISIBILITY = "ALTER TABLE prediction ADD COLUMN visibility INTEGER NOT NULL DEFAULT 2"
+ADDED_STATEMENTS: dict[int, tuple[str, ...]] = {
+    2: (
+        f"""CREATE TABLE {KEYPOINT} (
+    frame INTEGER NOT NULL,
+    camera TEXT NOT NULL,
+    keypoint TEXT NOT NULL,
+    source TEXT NOT NULL,
+    person INTEGER NOT NULL,
+    x REAL NOT NULL, y REAL NOT NULL,
+    confidence REAL NOT NULL,
+    PRIMARY KEY (frame, camera, keypoint, source, person)) WITHOUT ROWID""",
+    ),
+    3: (_ADD_VISIBILITY, SCENARIO.statement, CAMERA_USE.statement),
+}
+"""Statements that bring a project of the format before up to date."""
+
+_SEEN_ALIKE = "CREATE TEMP VIEW prediction AS SELECT *, 2 AS visibility FROM main.prediction"
+
+
+def lending(statement: str) -> str:
+    """The statement that lets a file which is only read look as after one of those that are added.
+
+    A temporary table or view goes before one of the same name in the file.
+    """
+    if statement == _ADD_VISIBILITY:
+        return _SEEN_ALIKE
+    return statement.replace("CREATE", "CREATE TEMP", 1)
+
 
 TABLES_OF_ENTRIES: dict[str, Table] = {
     table.name: table
     for table in (REFERENCE, RUN, SUBJECT, LANDMARK_SET, PARAMETER_SET, DESCRIPTION)
 }
-"""The tables of named things."""
+"""The tables of named things of the first format."""
 
 EDITED_TABLES: dict[str, Table] = {
     **{table.name: table for table in (CLICK, REPEAT_CLICK, FRAME_FLAG, KEYFRAME, CHOICE)},
     **TABLES_OF_ENTRIES,
+    **{table.name: table for table in (SCENARIO, CAMERA_USE)},
 }
 """The tables that edits change, and nothing else does."""
 

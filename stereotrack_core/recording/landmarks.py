@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.atomic import write_file
@@ -78,7 +79,8 @@ class LandmarkTrajectory:
 
 COLUMNS = ("frame", "landmark", "x", "y", "z")
 SIGMA_COLUMNS = ("sigma_x", "sigma_y", "sigma_z")  # optional: standard deviations in metres
-SOURCE_COLUMN = "source"  # optional: where a place comes from
+TEXT_COLUMNS = ("source", "annotator")  # optional: provenance of a place
+NUMBER_COLUMNS = ("visibility", "views", "residual_px")  # optional as well
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,7 +89,10 @@ class LandmarkTable:
 
     trajectory: LandmarkTrajectory
     sigma: FloatArray | None = None  # (F, 9, 3), metres, along the axes; also of unknown landmarks
-    source: tuple[str, ...] | None = None  # of each frame: where its landmarks come from
+    texts: Mapping[str, NDArray[np.str_]] = field(default_factory=dict)
+    """(F, 9) of those of :data:`TEXT_COLUMNS` that there are; empty where not known."""
+    numbers: Mapping[str, FloatArray] = field(default_factory=dict)
+    """(F, 9) of those of :data:`NUMBER_COLUMNS` that there are; NaN where not known."""
 
 
 def read_landmarks(path: Path) -> LandmarkTrajectory:
@@ -105,13 +110,14 @@ def read_landmark_table(path: Path) -> LandmarkTable:
     """
     header = next(iter(read_cells(path)), [])
     stated = set(SIGMA_COLUMNS) <= set(header)
-    values = (*"xyz", *SIGMA_COLUMNS) if stated else tuple("xyz")
-    more = SOURCE_COLUMN in header
+    texts = [name for name in TEXT_COLUMNS if name in header]
+    numbers = [name for name in NUMBER_COLUMNS if name in header]
+    values = ["x", "y", "z", *(SIGMA_COLUMNS if stated else ()), *numbers]
     found: dict[int, dict[str, list[float]]] = {}
-    source: dict[int, str] = {}
+    said: dict[tuple[int, str], list[str]] = {}
     times: dict[int, float] = {}
     others = set()
-    for line, cells in read_rows(path, COLUMNS, optional=(*values, SOURCE_COLUMN, *TIME_COLUMNS)):
+    for line, cells in read_rows(path, COLUMNS, optional=(*values, *texts, *TIME_COLUMNS)):
         frame = whole_number(cells["frame"], path, line, "frame")
         name = cells["landmark"]
         if name not in LANDMARKS:
@@ -122,7 +128,7 @@ def read_landmark_table(path: Path) -> LandmarkTable:
             what = f"line {line} repeats {name} of frame {frame}"
             raise InputError(what, where=str(path), remedy="Delete one of the two lines.")
         at_frame[name] = [_coordinate(cells[column], path, line, column) for column in values]
-        source[frame] = source.get(frame) or cells.get(SOURCE_COLUMN, "")
+        said[frame, name] = [cells.get(column, "") for column in texts]
         times.setdefault(frame, stated_time(cells, path, line))
     if others and not found:
         what = f"none of its landmarks is known (the first is {min(others)!r})"
@@ -135,11 +141,22 @@ def read_landmark_table(path: Path) -> LandmarkTable:
     number, time = np.array(frames, dtype=np.int64), np.array([times[one] for one in frames])
     rows, where = row_times(number, time, None, str(path)), str(path)
     taken, points = on_frames(rows, table[..., :3], where)
+    nearest = rows.nearest(taken) if frames else []
+    at = [frames[k] for k in nearest]
     return LandmarkTable(
         LandmarkTrajectory(taken, points, rows.fps, rows.notes),
-        on_frames(rows, table[..., 3:], where)[1] if stated else None,
-        tuple(source[frames[k]] for k in rows.nearest(taken)) if more else None,
+        on_frames(rows, table[..., 3:6], where)[1] if stated else None,
+        {name: _texts(said, i, at) for i, name in enumerate(texts)},
+        {name: table[nearest, :, i - len(numbers)] for i, name in enumerate(numbers)},
     )
+
+
+def _texts(
+    said: Mapping[tuple[int, str], Sequence[str]], column: int, frames: Sequence[int]
+) -> NDArray[np.str_]:
+    """Texts (F, 9) of a column; empty where the file has no line."""
+    cells = [said[k, n][column] if (k, n) in said else "" for k in frames for n in LANDMARKS]
+    return np.array(cells, dtype=np.str_).reshape(-1, len(LANDMARKS))
 
 
 def unknown_landmarks(path: Path) -> tuple[str, ...]:
@@ -172,19 +189,21 @@ def write_landmark_table(path: Path, table: LandmarkTable) -> None:
     columns = list(COLUMNS)
     if table.sigma is not None:
         columns += SIGMA_COLUMNS
-    if table.source is not None:
-        columns.append(SOURCE_COLUMN)
+    columns += [*table.texts, *table.numbers]
     write_file(path, csv_text(columns, _rows(table)))
 
 
 def _rows(table: LandmarkTable) -> Iterator[list[str | int]]:
     known = np.asarray(np.isfinite(table.trajectory.points).all(axis=2))
+    whole = table.sigma is not None or "annotator" in table.texts
     for row, frame in enumerate(table.trajectory.frame):
-        written = np.flatnonzero(known[row]) if table.sigma is None else range(len(LANDMARKS))
+        written = range(len(LANDMARKS)) if whole else np.flatnonzero(known[row])
         for i in written if len(written) else (0,):
             place = table.trajectory.points[row, i]
             numbers = [place if known[row, i] else np.full(3, np.nan)]
             numbers += [] if table.sigma is None else [table.sigma[row, i]]
             cells = ["" if np.isnan(value) else f"{value:.6f}" for value in np.concatenate(numbers)]
-            said = [] if table.source is None else [table.source[row]]
+            said = [str(array[row, i]) for array in table.texts.values()]
+            more = [array[row, i] for array in table.numbers.values()]
+            said += ["" if np.isnan(value) else f"{round(value, 3):g}" for value in more]
             yield [int(frame), LANDMARKS[i], *cells, *said]

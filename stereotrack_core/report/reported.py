@@ -159,8 +159,10 @@ def error_table(
     rows = measure_rows(summary)
     facts = {"lost (arm segments over 45 deg off) [%]": number(100.0 * summary.lost)}
     if doubts is not None:
-        facts["failures flagged by the run that are real"] = f"{doubts.both} of {doubts.called}"
-        facts["real failures flagged by the run"] = f"{doubts.both} of {doubts.lost}"
+        real = f"{doubts.both} of {doubts.called}" if doubts.called else "none flagged"
+        facts["failures flagged by the run that are real"] = real
+        found = f"{doubts.both} of {doubts.lost}" if doubts.lost else "none fails"
+        facts["real failures flagged by the run"] = found
     facts |= {"frames": str(summary.frames), "frames not tracked": str(summary.not_tracked)}
     if frames_per_second is not None:
         facts["frames per second"] = number(frames_per_second)

@@ -15,10 +15,10 @@ from stereotrack_core.atomic import make_folder
 from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation.failure_segments.find import FailureSearch, stretches_of
 from stereotrack_core.evaluation.joint_angles import angle_ranges, angles_of_run
-from stereotrack_core.evaluation.measures import measure_named, measured
+from stereotrack_core.evaluation.measures import measure_named, measured, of_segments
 from stereotrack_core.interop.run_npz import read_meta, read_npz, write_npz
 from stereotrack_core.plain_data import Kind, check_kind
-from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.description import Recording, Segment
 from stereotrack_core.recording.folder import fingerprint, open_recording
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.study.points import Point
@@ -44,6 +44,7 @@ class Job:
     spec: RunSpec  # with frames and keypoints
     keep: str = ""  # file for the complete run; empty: only measures are kept
     truth: LandmarkTrajectory | None = None  # the project's reference; None: the recording's own
+    scenarios: tuple[Segment, ...] = ()  # the project's named stretches
 
     @property
     def frames(self) -> range:
@@ -201,6 +202,7 @@ def _result(job: Job, recording: Recording, finished: Callable[[], Run]) -> JobR
     try:
         run = finished()
         values = measured(run, truth, recording, job.spec.keypoints)
+        values |= of_segments(run, truth, (*recording.segments, *job.scenarios))
         values["seconds"] = float(run.meta["wall_seconds"])
         values["frames_per_second"] = float(run.meta.get("frames_per_second") or math.nan)
         if job.keep:

@@ -24,8 +24,9 @@ from stereotrack_core.parameters import parsed_settings
 from stereotrack_core.project.detectors import keypoints_in
 from stereotrack_core.project.entries import load_reference
 from stereotrack_core.project.project import Project
+from stereotrack_core.project.scenarios import scenarios_of
 from stereotrack_core.reading import TABLE_BYTES, read_bytes
-from stereotrack_core.recording.description import Recording, Subject
+from stereotrack_core.recording.description import Recording, Segment, Subject
 from stereotrack_core.recording.detections import OWN_FILE
 from stereotrack_core.recording.folder import calibration_fingerprint, fingerprint, open_recording
 from stereotrack_core.recording.keypoints import Keypoints
@@ -35,7 +36,7 @@ from stereotrack_core.recording.selection import frames_within, seeds_of, tracke
 from stereotrack_core.study.description import Study, StudyRecording, StudySettings
 from stereotrack_core.study.job import Job, JobResult, is_kept
 from stereotrack_core.study.points import Point, Range, Search
-from stereotrack_core.study.store import Store
+from stereotrack_core.study.store import Store, segment_measures
 from stereotrack_core.study.workers import ClusterWorkers, LocalWorkers
 from stereotrack_core.tracking.presets import PRESETS, preset
 from stereotrack_core.tracking.run_spec import RunSpec, measured_keypoints
@@ -52,6 +53,7 @@ class Source:
     keypoints: Keypoints | None
     frames: int
     truth: LandmarkTrajectory | None = None  # chosen in the project; None: the recording's own
+    scenarios: tuple[Segment, ...] = ()  # the project's named stretches
 
     @cached_property
     def facts(self) -> dict[str, Any]:
@@ -87,9 +89,10 @@ def source_of(study: Study, row: StudyRecording) -> Source:
         remedy = f"Move it back to {folder}, or write its place into the study file."
         raise InputError("the recording was not found", where=row.recording, remedy=remedy)
     recording, truth = open_recording(folder), None
+    scenarios: tuple[Segment, ...] = ()
     if row.project:
         with Project.open(study.place(row.project), read_only=True) as project:
-            chosen = project.chosen(project.references)
+            chosen, scenarios = project.chosen(project.references), scenarios_of(project)
             if chosen:
                 truth = load_reference(project.references, chosen).trajectory()
     if truth is not None:
@@ -100,7 +103,7 @@ def source_of(study: Study, row: StudyRecording) -> Source:
         keypoints = keypoints_in(path, recording, settings.layout, settings.person).keypoints
     with FrameReader(recording, read_ahead=0) as reader:
         count = reader.frame_count
-    return Source(row, recording, keypoints, count, truth)
+    return Source(row, recording, keypoints, count, truth, scenarios)
 
 
 def jobs_of(study: Study, source: Source, points: Sequence[Point], *, keep: bool) -> list[Job]:
@@ -142,10 +145,13 @@ def _job(study: Study, source: Source, point: Point, seed: int) -> Job:
         "init": told_init,
         "smooth": smooth,
     }
+    told: dict[str, Any] = {"reference": source.reference}
+    if source.scenarios:  # so that jobs without keep the identity they had
+        told["scenarios"] = [[one.name, one.first, one.end] for one in source.scenarios]
     if keypoints is not None:
         tracking["keypoints"] = keypoints.fingerprint()
     return Job(
-        identity=_digest({**tracking, "reference": source.reference}),
+        identity=_digest({**tracking, **told}),
         tracking=_digest(tracking),
         clouds=_digest(clouds),
         recording=recording.name,
@@ -154,6 +160,7 @@ def _job(study: Study, source: Source, point: Point, seed: int) -> Job:
         point=point,
         spec=RunSpec(settings, name, frames, views, seed, init, smooth, keypoints=keypoints),
         truth=source.truth,
+        scenarios=source.scenarios,
     )
 
 
@@ -355,10 +362,8 @@ def summarised(
     found = []
     for point, own in groups.items():
         good = [result.measures for result in own if result.done]
-        values = {
-            measure.name: Spread.of(one.get(measure.name, math.nan) for one in good)
-            for measure in MEASURES
-        }
+        names = [measure.name for measure in MEASURES] + segment_measures(good)
+        values = {name: Spread.of(one.get(name, math.nan) for one in good) for name in names}
         found.append(PointSummary(point, len(good), len(own) - len(good), values))
     measure = measure_named(by)
     sign = -1.0 if measure is not None and measure.more_is_better else 1.0

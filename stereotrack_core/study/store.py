@@ -78,8 +78,10 @@ def table_of(
 ) -> tuple[list[str], list[list[str | float | int]]]:
     """Columns and rows of the table: a row for every job that has a result."""
     varied = varied_names(job.point for job in jobs)
+    done = (results[job.identity].measures for job in jobs if job.identity in results)
+    measures = [*(measure.name for measure in MEASURES), *segment_measures(done)]
     columns = [
-        "recording", *varied, "seed", "status", *(measure.name for measure in MEASURES),
+        "recording", *varied, "seed", "status", *measures,
         "frames", "attempts", "error", JOB_COLUMN,
     ]  # fmt: skip
     rows: list[list[str | float | int]] = []
@@ -90,10 +92,15 @@ def table_of(
         values = job.point.by_name
         rows.append([
             job.recording, *(cell_of(values.get(name, "")) for name in varied), job.seed,
-            result.status, *(result.measures.get(measure.name, "") for measure in MEASURES),
+            result.status, *(result.measures.get(name, "") for name in measures),
             result.frames, result.attempts, result.error, job.identity,
         ])  # fmt: skip
     return columns, rows
+
+
+def segment_measures(results: Iterable[Mapping[str, float]]) -> list[str]:
+    """Measures of named stretches, such as ``crossing/forearms``, that some results have."""
+    return list(dict.fromkeys(name for one in results for name in one if "/" in name))
 
 
 def _check_table(table: Path) -> None:
@@ -159,17 +166,14 @@ class RunTable:
 
     @property
     def _told(self) -> list[str]:
-        known = {measure.name for measure in MEASURES} | set(_FIXED)
-        return [name for name in self.columns if name not in known]
+        return [n for n in self.columns if n not in _FIXED and measure_named(n) is None]
 
     @property
     def measures(self) -> tuple[str, ...]:
         """Measures that are known for some run."""
-        return tuple(
-            measure.name
-            for measure in MEASURES
-            if measure.name in self.columns and np.isfinite(self.numbers(measure.name)).any()
-        )
+        usual = [measure.name for measure in MEASURES if measure.name in self.columns]
+        others = [name for name in self.columns if "/" in name and measure_named(name) is not None]
+        return tuple(n for n in (*usual, *others) if np.isfinite(self.numbers(n)).any())
 
     def cells(self, name: str) -> list[str]:
         """A column, row by row."""
@@ -179,11 +183,11 @@ class RunTable:
     def values(self, name: str) -> tuple[str, ...]:
         """Different values of a column: numbers by size, words as they come."""
         found = tuple(dict.fromkeys(self.cells(name)))
-        return tuple(sorted(found, key=float)) if all(map(_is_number, found)) else found
+        return tuple(sorted(found, key=float)) if all(map(is_number, found)) else found
 
     def numbers(self, name: str) -> FloatArray:
         """A column (R,) as numbers; NaN for a cell that is none."""
-        return np.array([float(c) if _is_number(c) else np.nan for c in self.cells(name)])
+        return np.array([float(c) if is_number(c) else np.nan for c in self.cells(name)])
 
     def common(self, rows: Iterable[int]) -> dict[str, str]:
         """The varied values that some rows have in common."""
@@ -244,7 +248,7 @@ def read_table(path: Path) -> RunTable:
 def axis_of(table: RunTable, name: str) -> PlotAxis:
     """Where the values of a column stand."""
     values = table.values(name)
-    if all(map(_is_number, values)):
+    if all(map(is_number, values)):
         numbers = [float(value) for value in values]
         log = min(numbers) > 0 and max(numbers) >= _LOG_FROM * min(numbers)
         return PlotAxis(name, dict(zip(values, numbers, strict=True)), log, words=False)
@@ -272,7 +276,8 @@ def curves_of(table: RunTable, x: str, y: str, colour: str = "") -> tuple[Curve,
     return tuple(curves)
 
 
-def _is_number(text: str) -> bool:
+def is_number(text: str) -> bool:
+    """Whether a cell is a finite number."""
     try:
         return math.isfinite(float(text))
     except ValueError:

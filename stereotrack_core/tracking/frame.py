@@ -60,6 +60,12 @@ class Run:
         """The run, whose meta states these facts as well."""
         return replace(self, meta={**self.meta, **facts})
 
+    def within(self, frames: range) -> Run:
+        """The part of the run that lies in some frames."""
+        inside, every = np.isin(self.frame, frames), vars(self).items()
+        arrays: dict[str, Any] = {k: v[inside] for k, v in every if isinstance(v, np.ndarray)}
+        return replace(self, **arrays)
+
     def trajectory(self) -> LandmarkTrajectory:
         """The landmarks alone, with the frame rate if the run states it."""
         return LandmarkTrajectory(self.frame, self.landmarks, stated_fps(self.meta))

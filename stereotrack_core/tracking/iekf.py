@@ -226,7 +226,9 @@ class Follower:
         evidence = search.evidence(measured.cloud, here, rng)
         least = search.cost(evidence, expected, here) - evidence.gain
         if trace is not None:
-            trace.searching(search, evidence, expected)
+            unwatched = replace(measured, trace=None)
+            refine = lambda pose: self.refine(unwatched, pose, prior.P).pose  # noqa: E731
+            trace.searching(search, evidence, expected, refine)
         tell = None if trace is None else trace.proposed
         for proposed in search.best_pairs(evidence, expected, here, rng, tell):
             found = self.refine(measured, proposed, prior.P)

@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.depth.cloud import Cloud
@@ -59,7 +60,12 @@ def _found_in(cloud: Cloud, setup: Setup) -> Pose:
     return finder.step(finder.absent(), cloud)[1].pose
 
 
-def explain(model: TrackModel, state: TrackState, cloud: Cloud) -> StepTrace:
-    """Do the step from a state to a cloud, and record it; it gives the same as without a record."""
-    recorder = StepRecorder(model.setup, Belief(state.pose, state.P))
+def explain(
+    model: TrackModel, state: TrackState, cloud: Cloud, truth: FloatArray | None = None
+) -> StepTrace:
+    """Do the step from a state to a cloud, and record it; it gives the same as without a record.
+
+    With true landmarks (9, 3) the record also says what the true arms would have cost.
+    """
+    recorder = StepRecorder(model.setup, Belief(state.pose, state.P), truth)
     return recorder.trace(cloud.frame, step(model, state, cloud, recorder)[1])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from time import perf_counter
 
@@ -22,10 +22,20 @@ from stereotrack_core.body.manifold import (
     jacobian,
 )
 from stereotrack_core.body.manifold import Rows as LinearRows
+from stereotrack_core.body.model import BodyModel
 from stereotrack_core.body.pose import PartFrames, Pose
 from stereotrack_core.body.sampling import SurfacePoints
+from stereotrack_core.body.skeleton import TORSO
 from stereotrack_core.filtering.sigma_points import sigma_deviations
-from stereotrack_core.tracking.arm_search.arms import Arms
+from stereotrack_core.recording.landmarks import LANDMARKS
+from stereotrack_core.tracking.arm_search.arms import (
+    LEFT,
+    RIGHT,
+    Arms,
+    arm_of_pose,
+    directions,
+    with_arm,
+)
 from stereotrack_core.tracking.arm_search.search import ArmSearch, Evidence
 from stereotrack_core.tracking.estimate import Correspondences, Estimate, Projection
 from stereotrack_core.tracking.residuals.surface import SurfaceResidual
@@ -44,7 +54,9 @@ from stereotrack_core.tracking.trace import (
     Search,
     SigmaPoints,
     StepTrace,
+    TrueArms,
     Unused,
+    movement,
 )
 
 _REINITIALISED = (
@@ -64,10 +76,13 @@ _UNITS = {REST_ROW: "rad", ELBOW: "rad", PIXEL: "px"}  # of the kinds of rows no
 
 
 class StepRecorder:
-    """Is told by a tracker, from its `start`, what its step does; nothing given may be changed."""
+    """Is told by a tracker, from its `start`, what its step does; nothing given may be changed.
 
-    def __init__(self, setup: Setup, start: Belief) -> None:
-        self._setup = setup
+    True landmarks (9, 3), if they are known, are only recorded; the tracker never sees them.
+    """
+
+    def __init__(self, setup: Setup, start: Belief, truth: FloatArray | None = None) -> None:
+        self._setup, self._truth = setup, truth
         self._before = self._predicted = start
         self._notes: list[str] = []
         self._seconds: dict[str, float] = {}
@@ -80,7 +95,7 @@ class StepRecorder:
         self._corrections: list[Correction] = []
         self._measured: list[Correspondences] = []
         self._proposals: list[Proposals] = []
-        self._searching: tuple[ArmSearch, Evidence, Pose] | None = None
+        self._searching: tuple[ArmSearch, Evidence, Pose, Callable[[Pose], Pose]] | None = None
         self._search: Search | None = None
         self._jump: Jump | None = None
         self._data = np.empty((0, 3))
@@ -174,9 +189,15 @@ class StepRecorder:
         )
         self._lap("correct")
 
-    def searching(self, search: ArmSearch, evidence: Evidence, expected: Pose) -> None:
-        """Other places for the arms are about to be looked for."""
-        self._searching = search, evidence, expected
+    def searching(
+        self,
+        search: ArmSearch,
+        evidence: Evidence,
+        expected: Pose,
+        refine: Callable[[Pose], Pose],
+    ) -> None:
+        """Other places for the arms are about to be looked for; `refine` corrects a place."""
+        self._searching = search, evidence, expected, refine
         self._lap("arm search")
 
     def proposed(
@@ -185,7 +206,7 @@ class StepRecorder:
         """Places for one arm were scored, the other one being so far (N,) from the data."""
         self._lap("arm search")
         if self._searching is not None:
-            search, evidence, _ = self._searching
+            search, evidence = self._searching[:2]
             terms = search.arm_terms(evidence, side, arms, expected, other)
             chosen = _is_among(*(np.hstack([each.upper, each.fore]) for each in (arms, kept)))
             self._proposals.append(Proposals(side, arms.upper, arms.fore, terms, chosen))
@@ -196,18 +217,32 @@ class StepRecorder:
         self._lap("arm search")
         if self._searching is None:
             return
-        search, evidence, expected = self._searching
+        search, evidence, expected, refine = self._searching
 
         def pair(before: Pose, pose: Pose) -> Pair:
             terms = search.terms(evidence, expected, pose)
             return Pair(before, pose, terms, sum(terms.values()), pose is best)
 
+        truth, true = None, _with_true_arms(self._setup.body, followed, self._truth)
+        if true is not None:
+            frames = self._setup.body.frames(true)
+            left, right = (arm_of_pose(frames, side) for side in (LEFT, RIGHT))
+            truth = TrueArms(
+                given=pair(true, true),
+                refined=pair(true, refine(true)),
+                upper=np.concatenate([left.upper, right.upper]),
+                fore=np.concatenate([left.fore, right.fore]),
+                off=movement(self._setup.body, true, best).limbs[2:],
+                points=search.points_on(evidence, true),
+                measured=len(evidence.points),
+            )
         self._search = Search(
             followed=pair(followed, followed),
             pairs=tuple(pair(*poses) for poses in tried),
             proposals=tuple(self._proposals),
             gain=evidence.gain,
             seconds=self._seconds["arm search"],
+            truth=truth,
         )
         self._searching, self._mark = None, perf_counter()
 
@@ -280,6 +315,19 @@ class StepRecorder:
     def _add(self, correction: Correction) -> None:
         count = 1 + sum(each.stage == correction.stage for each in self._corrections)
         self._corrections.append(replace(correction, iteration=count))
+
+
+def _with_true_arms(body: BodyModel, pose: Pose, truth: FloatArray | None) -> Pose | None:
+    """A pose with its arms as true landmarks (9, 3) have them; None if they know neither arm."""
+    if truth is None:
+        return None
+    true, torso = pose, body.frames(pose).rotations[TORSO]
+    for side, name in ((LEFT, "left"), (RIGHT, "right")):
+        places = truth[[LANDMARKS.index(f"{name}_{at}") for at in ("shoulder", "elbow", "hand")]]
+        upper, fore = directions(np.diff(places, axis=0)) @ torso
+        if np.isfinite(places).all():
+            true = with_arm(true, side, upper, fore)
+    return None if true is pose else true
 
 
 def _is_among(rows: FloatArray, others: FloatArray) -> BoolArray:

@@ -112,6 +112,19 @@ class Pair:
 
 
 @dataclass(frozen=True, eq=False)
+class TrueArms:
+    """What the search would have said of the true arms, on the body that following has found."""
+
+    given: Pair  # as a reference or clicks have them
+    refined: Pair  # after the correction that every pair of the search gets
+    upper: FloatArray
+    fore: FloatArray  # `upper` and `fore`: (2, 3). Directions as given, in the torso's frame.
+    off: FloatArray  # (4,), radians. Of the chosen arms from the true ones, as LIMBS[2:]
+    points: IntArray  # (4,). Points that were measured on each true limb, of `measured`.
+    measured: int  # points within reach of the shoulders
+
+
+@dataclass(frozen=True, eq=False)
 class Search:
     """The search for the arms."""
 
@@ -120,6 +133,7 @@ class Search:
     proposals: tuple[Proposals, ...]  # left and right
     gain: float  # by which another pair must cost less
     seconds: float
+    truth: TrueArms | None = None  # known to the record alone, never to the tracker
 
 
 @dataclass(frozen=True, eq=False)

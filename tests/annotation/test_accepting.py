@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 
 from stereotrack_core.annotation.accepting import NearestClicks, acceptable
-from stereotrack_core.annotation.click import Click, ClickKey, Prediction, Visibility
+from stereotrack_core.annotation.click import (
+    ACCEPTED,
+    Click,
+    ClickKey,
+    Prediction,
+    Visibility,
+    measurements,
+)
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.transform import RigidTransform
 
@@ -58,3 +65,11 @@ def test_visibility_is_that_of_the_nearest_clicks(before, after, expected):
     assert NearestClicks(clicks).visibility(ClickKey(5, "N", "head")) == expected
     found = acceptable((predicted(1.0),), clicks, CAMERAS)
     assert [one.visibility for one in found.predictions] == [expected] * (expected is not None)
+
+
+def test_what_was_accepted_in_several_images_tells_the_fit_once():
+    by_hand = click(0, SEEN)
+    taken = [replace(click(0, SEEN, name=name), origin=ACCEPTED) for name in ("S", "O", "W", "E")]
+    other = replace(click(1, SEEN), origin=ACCEPTED)
+    found = measurements([by_hand, *taken, other], ("head",), 3.0)
+    assert [one.sigma for one in found] == [3.0, 6.0, 6.0, 6.0, 6.0, 3.0]

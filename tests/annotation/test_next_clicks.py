@@ -7,6 +7,7 @@ import pytest
 
 from stereotrack_core.annotation.click import Click, ClickKey, Visibility
 from stereotrack_core.annotation.click_gains import SCORED, hidden_landmarks
+from stereotrack_core.annotation.doubts import Doubt
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.annotation.next_clicks import NextClicks, Wish, good_enough
 from stereotrack_core.body.limbs import LIMBS
@@ -18,6 +19,7 @@ from tests.annotation.fits import fit_of
 from tests.annotation.scenes import bodies, cameras, clicks_of, one_camera_off
 
 RIG = cameras()
+SIDES = ("left", "right")
 
 
 def clicked_every(points, step, rig=RIG):
@@ -106,7 +108,8 @@ def test_clicks_of_a_camera_that_is_wrong_itself_are_not_to_be_clicked_again():
         residuals=dict.fromkeys(keys, np.array([30.0, 0.0])),
         outliers=dict.fromkeys(keys, 0.9),
     )
-    found = NextClicks(RIG, NINE, fit, clicks).best(Wish(500))
+    every = NextClicks(RIG, NINE, fit, clicks).best(Wish(500))
+    found = [one for one in every if one.kind != "camera"]
     assert not [one for one in found if "outlier" in one.reason]
     assert {one.camera for one in found if one.clear} == {"N", "O", "W"}
     assert "S" not in {one.camera for one in found}, "where others see the landmark as well"
@@ -215,3 +218,54 @@ def test_a_hand_behind_the_back_is_hidden_from_the_front():
     places = np.array([[0.0, 3, 1.2], [0, -3, 1.2]])
     hidden = hidden_landmarks(nine[None], NINE.names, nine[None], places)
     assert hidden[0, :, hand].tolist() == [True, False]
+
+
+def test_doubts_have_kinds_and_near_ones_of_a_kind_come_last():
+    points = bodies(40)
+    clicks = {click.key: click for click in clicks_of(points, RIG)}
+    skipped = ClickKey(20, "S", "left_elbow")
+    del clicks[skipped]
+    swapped = [ClickKey(frame, "N", f"{side}_hand") for frame in (5, 7, 30) for side in SIDES]
+    for left, right in zip(swapped[::2], swapped[1::2], strict=True):
+        places = clicks[left].position, clicks[right].position
+        clicks[right], clicks[left] = (
+            replace(clicks[key], position=place)
+            for key, place in zip((right, left), places, strict=True)
+        )
+    far = ClickKey(12, "O", "right_hand")
+    residuals = {far: np.array([0.0, 40.0]), **dict.fromkeys(swapped, np.array([7.0, 0.0]))}
+    fit = fit_of(points, range(40), residuals=residuals, outliers={far: 0.9})
+    ranking = NextClicks(RIG, NINE, fit, clicks.values())
+    beside, alone = ClickKey(13, "O", "right_hand"), ClickKey(12, "W", "head")
+    ranking.add({key: Doubt(0.7, 3.0, "elsewhere", "appearance") for key in (beside, alone, far)})
+    found = {one.key: one for one in ranking.best(Wish(500)) if one.kind != "free"}
+    kinds = {key: one.kind for key, one in found.items()}
+    expected = {skipped: "skipped", far: "place", alone: "appearance"}
+    assert kinds == {**expected, **dict.fromkeys(swapped, "swapped")}
+    assert not found[skipped].click_there
+    frames = [key.frame for key, kind in kinds.items() if kind == "swapped"]
+    assert sorted(frames[:2]) in ([5, 30], [7, 30]), "five frames apart, then the others"
+    ranking.update(12, [one for one in clicks.values() if one.frame == 12])
+    assert not {far, alone} & {one.key for one in ranking.best(Wish(500)) if one.click_there}
+
+
+def test_nothing_is_skipped_in_a_frame_with_a_few_clicks():
+    points = bodies(40)
+    few = {("N", "left_hand"), ("S", "head"), ("S", "left_elbow")}
+    clicks = [
+        one
+        for one in clicks_of(points, RIG)
+        if one.frame % 10 == 0 or (one.frame == 15 and (one.camera, one.landmark) in few)
+    ]
+    found = NextClicks(RIG, NINE, fit_of(points, range(0, 40, 10)), clicks).best(Wish(500))
+    assert "skipped" not in {one.kind for one in found}
+
+
+def test_a_camera_that_disagrees_is_a_doubt_of_its_own():
+    points = bodies(40)
+    clicks = one_camera_off(clicks_of(points, RIG), "S", (25.0, 10.0))
+    residuals = {one.key: np.array([25.0, 10.0]) for one in clicks if one.camera == "S"}
+    fit = fit_of(points, range(40), residuals=residuals)
+    found = [one for one in NextClicks(RIG, NINE, fit, clicks).best(Wish(500)) if one.click_there]
+    assert [one.kind for one in found] == ["camera"]
+    assert found[0].reason.startswith("S disagrees with the other three by 27 px")

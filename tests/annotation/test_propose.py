@@ -1,11 +1,12 @@
 """Proposals save clicks: nobody clicks what is where it was expected, or what one click moves."""
 
 from functools import partial
+from math import inf
 
 import numpy as np
 
-from stereotrack_core.annotation.click import ACCEPTED, Click, ClickKey, Visibility
-from stereotrack_core.annotation.follow import follow_clicks
+from stereotrack_core.annotation.click import ACCEPTED, Click, ClickKey, Prediction, Visibility
+from stereotrack_core.annotation.follow import FOLLOWING, follow_clicks
 from stereotrack_core.annotation.follow_body import BodyStep, FollowedBody, follow_body, told_by
 from stereotrack_core.annotation.landmark_filter import ProposalQuestion
 from stereotrack_core.annotation.landmark_set import NINE
@@ -20,11 +21,11 @@ FAR_OFF = 3.0  # pixels; somebody who annotates by script clicks what is farther
 
 
 def question(
-    frame, around, clicks=(), *, rig=RIG, fps=FPS, motion=None, followed=(), steps=(), asks=False
+    frame, around, clicks=(), *, rig=RIG, fps=FPS, motion=None, followed=(), steps=(), wanted=inf
 ):
     return ProposalQuestion(
         frame, tuple(clicks), tuple(around), tuple(followed), rig, NINE.names, fps, {},
-        motion or {}, tuple(steps), asks,
+        motion or {}, tuple(steps), wanted,
     )  # fmt: skip
 
 
@@ -134,21 +135,74 @@ def test_how_the_body_was_seen_to_move_is_believed():
     assert proposed(5, back, steps=[seen_to_move(points, 3, 5)]).keys() == proposed(5, back).keys()
 
 
-def test_an_uncertain_landmark_is_left_to_be_clicked_in_one_image():
+def test_clicks_are_asked_for_until_the_frame_is_as_accurate_as_wanted():
     points = bodies(6)
     clicks = clicks_of(points, RIG)
     before = [one for one in clicks if one.frame < 5]
-    found = proposed(5, before, asks=True)
-    left = {key for key in pixels(points) if key.frame == 5} - set(found)
-    assert sorted(key.landmark for key in left) == sorted(NINE.names), "each in one image"
-    (own,) = (key for key in left if key.landmark == "head")
-    by_hand = next(one for one in clicks if one.key == own)
-    assert "head" in {key.landmark for key in left}
-    assert len(proposed(5, before, [by_hand], asks=True)) == 35 - 8, "nothing more of the head"
-    other = next(key for key in found if key.landmark == "head")
-    accepted = Click(*other, found[other].position, origin="accepted")
-    still = proposed(5, before, [accepted], asks=True)
-    assert sum(key.landmark == "head" for key in still) == 2, "accepted is not clicked"
+    proposer = Proposer()
+    now = proposer(question(5, before)).accuracy_mm
+    wanted, own = 0.5 * now, list[Click]()
+    begun = found = proposer(question(5, before, wanted=wanted))
+    assert begun.doubtful(RIG, 1e6)[0].key == begun.asked[0]
+    assert len(begun.doubtful(RIG, 1e6)) == len(begun.asked) < 36
+    assert f"Accuracy now {now:.0f} mm; about {len(begun.asked)} more click" in begun.words()
+    while found.asked:
+        own.append(next(one for one in clicks if one.key == found.asked[0]))
+        found = proposer(question(5, before, own, wanted=wanted))
+    assert found.accuracy_mm <= wanted
+    assert abs(len(own) - len(begun.asked)) <= 3, "as many as was said"
+    assert "good enough" in found.words()
+
+
+def test_what_is_accepted_in_all_views_tells_no_more_than_once():
+    points = bodies(6)
+    before = [one for one in clicks_of(points, RIG) if one.frame < 5]
+    found = proposed(5, before)
+    taken = [
+        Click(*key, one.position, origin=ACCEPTED)
+        for key, one in found.items()
+        if key.landmark == "left_hand"
+    ]
+    sure = Proposer()(question(5, before, taken)).accuracy_mm
+    once = Proposer()(question(5, before, taken[:1])).accuracy_mm
+    assert sure > 0.9 * once
+
+
+def test_without_a_calibration_points_are_followed_in_each_view():
+    before = [one for one in clicks_of(bodies(2), RIG) if one.frame == 0]
+    followed = [
+        Prediction(1, one.camera, one.landmark, FOLLOWING, one.position, 1.5) for one in before
+    ]
+    found = proposed(1, before, before[:0], rig={}, followed=followed)
+    assert found.keys() == {one.key for one in followed}
+    assert all(one.source == PROPOSED for one in found.values())
+
+
+def test_what_a_detector_sees_corrects_what_is_expected():
+    points = bodies(6)
+    points[5, NINE.names.index("left_hand")] += (0.0, 0.0, 0.3)
+    truth = pixels(points)
+    before = [one for one in clicks_of(points, RIG) if one.frame < 5]
+    detected = [
+        Prediction(5, key.camera, key.landmark, "detector", tuple(place), 6.0)
+        for key, place in truth.items()
+        if key.frame == 5
+    ]
+    hand = {key: place for key, place in truth.items() if key[0::2] == (5, "left_hand")}
+    alone, found = (proposed(5, before, followed=seen) for seen in ((), detected))
+    off = [off_px({key: one[key] for key in hand}, hand).max() for one in (alone, found)]
+    assert off[1] < 0.4 * off[0]
+    assert not Proposer()(question(0, (), followed=detected)).predictions, "they are kept as such"
+
+
+def test_what_the_body_hides_is_proposed_as_guessed():
+    points = bodies(6)
+    before = [one for one in clicks_of(points, RIG) if one.frame < 5]
+    wide = [one for one in before if one.camera != "N"]
+    found = proposed(5, wide)
+    guessed = {key for key, one in found.items() if one.visibility == Visibility.GUESSED}
+    assert guessed
+    assert {key.camera for key in guessed} == {"N"}, "elsewhere clicks tell how it is seen"
 
 
 def test_the_certainty_is_about_right():

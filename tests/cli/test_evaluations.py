@@ -7,11 +7,14 @@ import shutil
 import numpy as np
 import pytest
 
+from stereotrack_core.annotation.provenance import Provenance
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.evaluation.joint_angles import NAMES
+from stereotrack_core.interop.reference_npz import write_reference
 from stereotrack_core.interop.run_file import read_run, read_trajectory, write_run
 from stereotrack_core.project.entries import save_reference
 from stereotrack_core.project.project import Project
+from stereotrack_core.project.scenarios import keep_scenario
 from stereotrack_core.recording.landmarks import write_landmarks
 from tests.evaluation.failure_segments.runs import recorded
 
@@ -98,7 +101,7 @@ def test_angles_are_exported_from_runs_and_projects(run, recording, tracked, tmp
 
 def test_failures_have_frames_limbs_peak_cause_and_evidence(run, failing):
     ended = run("evaluate", failing / "run.npz", "--failures")
-    for words in ("1 failure in", "4-9", "left forearm", "80°"):
+    for words in ("1 failure in", "4-9", "left forearm", " 80 "):
         assert words in ended.out
     told = run("evaluate", failing / "run.npz", "--failures", "--json").json["failures"]
     (failure,) = told["list"]
@@ -163,6 +166,42 @@ def test_the_recordings_own_reference_and_segments_are_used(run, recording, trac
     assert [part["name"] for part in facts["against"]["segments"]] == ["start", "rest"]
     assert facts["against"]["segments"][0]["frames"] == 4
     assert [part["name"] for part in facts["angles"]["stretches"]] == ["all", "start", "rest"]
+
+
+def test_named_stretches_of_a_project_have_a_row_each(run, recording, tracked, tmp_path):
+    project = tmp_path / "own.stereotrack"
+    with Project.create(project, recording) as made:
+        for name, frames in (("fast", range(1, 3)), ("fast", range(4, 5)), ("slow", range(2, 4))):
+            made.apply(keep_scenario(name, frames))
+    facts = run("evaluate", tracked, "--scenarios", project, "--json").json
+    found = {part["name"]: part["frames"] for part in facts["segments"]}
+    assert (found["fast"], found["slow"]) == (3, 2)
+    ended = run("evaluate", tracked, "--scenarios", project, "--against", tracked)
+    assert "fast: B compared with A, means over 3 frames" in ended.out
+
+
+def test_the_uncertainty_of_the_reference_leaves_out_and_weighs(run, runs, tmp_path):
+    stored = read_run(runs / "truth.npz")
+    sigma = np.where(stored.frame < 100, 0.005, 0.05)
+    covariance = np.square(sigma)[:, None, None, None] * np.eye(3) * np.ones((1, 9, 1, 1))
+    known = Reference(stored.frame, stored.landmarks, covariance, np.tile(sigma[:, None] * 200, 6))
+    write_reference(tmp_path / "truth.npz", known)
+    arguments = ("evaluate", runs / "fine.npz", "--reference", tmp_path / "truth.npz")
+    ended = run(*arguments)
+    assert "of which the reference's own is " in ended.out
+    near = run(*arguments, "--max-sigma", 20, "--json").json
+    assert near["frames"] == 100
+    assert near["measures"]["forearms"]["reference_good_to"] == pytest.approx(1.0)
+    assert "60" in run(*arguments, "--max-sigma", 20).err
+    plain, weighed = (run(*arguments, *more, "--json").json for more in ((), ("--weigh",)))
+    means = [one["measures"]["forearms"]["mean"] for one in (plain, weighed)]
+    assert means[0] != means[1] == pytest.approx(means[0], rel=0.2)
+    stated = Provenance.unknown(160, 9, "clicked")
+    stated.source[130:] = "fit"
+    write_reference(tmp_path / "truth.npz", dataclasses.replace(known, provenance=stated))
+    assert run(*arguments, "--exclude", "fit", "--json").json["frames"] == 130
+    for bare in (("--weigh",), ("--exclude", "fit")):
+        run("evaluate", runs / "fine.npz", "--reference", runs / "truth.csv", *bare, status=2)
 
 
 @pytest.mark.parametrize(

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.annotation import AnnotationCase, simulated_clicks
 from stereotrack_core.project.clicks import place_clicks
 from stereotrack_core.project.project import Project
 from stereotrack_core.recording.folder import open_recording
+from tests.annotation.simulated_clicks import AnnotationCase, simulated_clicks
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "tutorial.md"
 CLICKED = (99, 110)

@@ -69,6 +69,7 @@ def test_a_writer_says_so_and_leaves_what_was_there(name, room, samples, enough,
 def test_every_module_that_writes_files_is_tried():
     """Whoever adds a writer adds it to the list, or says here who tries it."""
     elsewhere = {
+        "app.features.review.remedies": "the table of failures, tests/gui/test_failures.py",
         "app.shell.dialogs": "pictures of the window, tests/gui/test_picture_file.py",
         "stereotrack_core.doctor.correcting": "a recording of its own, tests/doctor",
         "stereotrack_core.pose_model.installation": "files of its own, tests/pose_model",

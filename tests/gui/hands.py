@@ -16,6 +16,7 @@ from stereotrack_core.recording.landmarks import LANDMARKS
 NONE = Qt.KeyboardModifier.NoModifier
 SHIFT = Qt.KeyboardModifier.ShiftModifier
 CTRL = Qt.KeyboardModifier.ControlModifier
+ALT = Qt.KeyboardModifier.AltModifier
 LEFT, RIGHT = Qt.MouseButton.LeftButton, Qt.MouseButton.RightButton
 
 
@@ -24,6 +25,7 @@ def window_with(settings: QSettings, processes: Processes | None = None) -> Main
     if not settings.contains("open_zoomed"):
         settings.setValue("open_zoomed", False)
     window, window.features = make_window(settings, processes)
+    window.asks_before_quitting = False
     return window
 
 

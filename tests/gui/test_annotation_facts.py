@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from app.features.annotate.clicking.controller import SwapOffers
-from app.features.annotate.clicking.marks import FrameMarks, limb_rows, marks_of
+from app.features.annotate.clicking.marks import FrameMarks, fit_words, limb_rows, marks_of
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.annotation.frame_clicks import (
     FitQuestion,
@@ -43,6 +43,13 @@ def true_clicks(recording, cameras=(N, S, "N_left"), landmarks=NINE.names):
 def question(recording, clicks, landmark="left_elbow", shown=(N, S)):
     volume = Volume.of(DepthParameters())
     return HintQuestion(0, clicks, recording.cameras, NINE, AVERAGE, {}, landmark, shown, volume)
+
+
+def test_without_a_calibration_no_fit_is_announced(recording):
+    facts = FrameMarks(0, true_clicks(recording, (N, S)), NINE, "head")
+    assert fit_words(facts) == ("Fitting the body to the clicks …",)
+    (words,) = fit_words(replace(facts, calibrated=False))
+    assert words == "No calibration: clicks are kept, and no body is fitted to them."
 
 
 def test_what_is_drawn_of_a_fit_is_what_is_known(recording):

@@ -16,7 +16,18 @@ from app.widgets.timeline.lanes import Mark
 from stereotrack_core.annotation.click import ClickKey
 from stereotrack_core.project.clicks import place_clicks
 from stereotrack_core.project.project import Project
-from tests.gui.hands import LEFT, annotate_all, click, click_truth, clicks, key, trigger, view
+from tests.gui.hands import (
+    ALT,
+    LEFT,
+    SHIFT,
+    annotate_all,
+    click,
+    click_truth,
+    clicks,
+    key,
+    trigger,
+    view,
+)
 
 pytestmark = pytest.mark.window
 
@@ -98,7 +109,7 @@ def test_a_second_reading_is_blind_and_leaves_the_first_alone(annotating, qtbot)
     x, y = click_truth(annotating, "head", shift=(4.0, 0.0))
     key(annotating, Qt.Key.Key_B)
     key(annotating, Qt.Key.Key_E)
-    key(annotating, Qt.Key.Key_Right)
+    key(annotating, Qt.Key.Key_Right, ALT)
     assert clicks(annotating) == first
     (again,) = annotating.context.session.project.project.clicks.again_at(1, 0)
     assert again.position == pytest.approx((x + 0.5, y))
@@ -150,7 +161,7 @@ def test_a_turned_view_is_nudged_the_way_the_person_sees_it(window, qtbot, share
     (before,) = window.context.session.project.project.clicks.at(0)
     seen = camera.place_of(*before.position)
     key(window, Qt.Key.Key_E, name=name)
-    key(window, Qt.Key.Key_Right, Qt.KeyboardModifier.ShiftModifier, name=name)
+    key(window, Qt.Key.Key_Right, ALT | SHIFT, name=name)
     after = window.context.session.project.project.clicks.get(ClickKey(0, raw, "head"))
     moved = camera.place_of(*after.position) - seen
     assert moved.x() == pytest.approx(camera._scale(), rel=1e-6)

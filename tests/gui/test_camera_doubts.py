@@ -1,10 +1,13 @@
 """A camera that contradicts the others is named in the window, instead of its clicks."""
 
 import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QAbstractButton
 
 from app.features.annotate.clicking.marks import fit_words as words_of_frame
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.project.clicks import delete_clicks, place_clicks
+from stereotrack_core.project.exporting import ClickedRecording
 from stereotrack_core.recording.landmarks import LANDMARKS
 
 pytestmark = pytest.mark.window
@@ -76,6 +79,30 @@ def test_the_message_comes_once_and_goes_with_its_cause(four, qtbot):
     qtbot.waitUntil(four.context.tasks.settled, timeout=120_000)
     assert four.context.session.cameras.now is None
     assert four.features.calibrate.findings.verdict.text() == "Usable; no problems found."
+
+
+def test_it_is_left_out_by_one_button_and_comes_back_by_undo(four, qtbot):
+    place(four, qtbot, true_clicks(four, range(3), "O_right", (32.0, 24.0)))
+    session, clicking = four.context.session, four.features.annotate.clicking
+    project = session.project.project
+    (button,) = (one for one in four.messages.findChildren(QAbstractButton) if "out" in one.text())
+    assert button.text() == "Leave O out"
+    qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
+    qtbot.waitUntil(four.context.tasks.settled, timeout=120_000)
+    assert session.cameras.now is None, "the others agree"
+    assert clicking.body.words.text().startswith("Left out: O.")
+    fit = clicking.facts.now().fit
+    assert {key.camera for key in fit.residuals} == {"N_right", "S_right", "W_right"}
+    used = four.context.actions.action("annotate-camera-2")
+    assert (used.text(), used.isChecked()) == ("Use O", False)
+    clicked = ClickedRecording.of(project, session.document.recording)
+    assert len(clicked.clicks) == 81
+    assert clicked.left_out == ["O_right"]
+    assert project.clicks.count() == 108
+    four.context.actions.action("undo").trigger()
+    qtbot.waitUntil(four.context.tasks.settled, timeout=120_000)
+    assert not project.marks.unused_cameras()
+    assert session.cameras.now is not None
 
 
 def test_a_recording_with_a_bad_camera_is_not_called_sound(window, qtbot, shared_recording):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from app.features.track.comparison import compared
+from app.features.track.comparison import compared, compared_stretches
 from app.session.judgement import judged, recorded_truth
 from app.session.runs import RunEntry, frames_of_run
 from app.widgets.style.theme import apply_theme
@@ -13,6 +13,7 @@ from stereotrack_core.body.angles import ALL_JOINTS, state_names
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.evaluation.compare import Candidate, compare
+from stereotrack_core.recording.description import Segment
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.tracking.frame import Run
 
@@ -93,6 +94,26 @@ def test_a_selection_limits_what_is_compared(truth):
     assert alone.runs == ("a",)
     assert len(alone.rows[0]) == 2
     assert alone.how == ""
+
+
+def test_named_stretches_have_rows_each(truth):
+    entries = [entry("a", stored(0.04)), entry("b", stored(0.02))]
+    judgement = judged(entries[0].now(), truth)
+    segments = (Segment("fast", 20, 40), Segment("slow", 50, 90), Segment("fast", 60, 80))
+    both = compared_stretches(entries, judgement, segments)
+    names = ["upper arms [°]", "forearms [°]", "arm segments lost [%]", "unexplained fraction [%]"]
+    expected = [f"{stretch}: {name}" for stretch in ("fast", "slow") for name in names]
+    assert [row[0].text for row in both.rows] == expected
+    inside = np.concatenate([np.arange(20, 40), np.arange(60, 80)])
+    candidates = [Candidate(one.name, one.trajectory()) for one in entries]
+    pair = compare(candidates, truth.trajectory, inside).pairs[0]
+    core = {one.measure.name: one for one in pair.measures}
+    assert both.rows[1][1].text == f"{core['forearms'].first_mean:.1f}"
+    alone = compared_stretches(entries[:1], judgement, segments)
+    assert [row[0].text for row in alone.rows] == expected
+    assert alone.rows[1][1].text == both.rows[1][1].text
+    nowhere = compared_stretches(entries, judgement, (Segment("gone", 900, 950),))
+    assert (nowhere.rows, nowhere.words[:22]) == ((), "The named stretches ha")
 
 
 def test_without_a_reference_it_is_told_how_far_runs_are_apart():

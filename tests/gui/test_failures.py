@@ -1,10 +1,13 @@
 """Failures in the window: found by themselves, listed, filtered, jumped to, looped."""
 
+import csv
+from dataclasses import replace
+
 import pytest
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 
-from tests.gui.hands import frames_shown
+from tests.gui.hands import frames_shown, trigger
 from tests.gui.made_runs import add_run
 
 pytestmark = pytest.mark.window
@@ -43,7 +46,7 @@ def test_failures_of_the_active_run_are_listed_and_explained(reviewing):
     headings = [model.headerData(k, Qt.Orientation.Horizontal) for k in range(model.columnCount())]
     assert headings[2:4] == ["Error °", "Prob. %"]
     assert 80 < float(rows(reviewing)[0][2]) <= 180, "degrees, in a column of degrees"
-    assert rows(reviewing)[0][3] == ""
+    assert rows(reviewing)[0][3] == "44", "the probability, though it was found by error"
     assert "1 failure" in reviewing.features.review.failures.panel.words.text()
     lanes = {lane.name: lane for lane in reviewing.context.docks.timeline.lanes}
     assert [(span.first, span.last) for span in lanes["failures"].spans] == [(1, 3)]
@@ -90,6 +93,50 @@ def test_enter_jumps_and_filters_list_others(reviewing, qtbot):
     settle(reviewing, qtbot)
 
 
+def test_a_link_of_the_evidence_shows_the_parameter_in_tune(reviewing, qtbot):
+    panel = reviewing.features.review.failures.panel
+    panel.tree.setCurrentIndex(panel.tree.sorted.index(0, 0))
+    settle(reviewing, qtbot)
+    view = panel.evidence.viewport()
+    places = (QPoint(x, y) for y in range(0, view.height(), 4) for x in range(0, view.width(), 8))
+    there = next(place for place in places if panel.evidence.anchorAt(place))
+    name = panel.evidence.anchorAt(there)
+    QTest.mouseClick(view, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier, there)
+    settle(reviewing, qtbot)
+    assert reviewing.context.docks.workspace == "tune"
+    parameters = reviewing.features.tune.parameters
+    assert parameters.search.text() == name
+    assert not parameters.search.visibleRegion().isEmpty()
+
+
+def test_the_list_has_a_context_menu_and_is_saved_as_a_table(reviewing, tmp_path):
+    panel, remedies = reviewing.features.review.failures.panel, reviewing.features.review.remedies
+    offered = [action.text().replace("&", "") for action in panel.tree.actions()]
+    for words in ("Loop failure", "Find what fixes this", "Find out why failures begin"):
+        assert words in offered
+    assert offered[-1].startswith("Export failures")
+    path = tmp_path / "failures.csv"
+    remedies.export(path)
+    (cells,) = csv.DictReader(path.read_text().splitlines())
+    assert (cells["frames"], cells["detected by"]) == ("1-3", "truth")
+    assert float(cells["error [deg]"]) > 80.0
+
+
+def test_what_is_only_flagged_is_told_beside_the_threshold(reviewing, qtbot):
+    failures, entry = reviewing.context.session.failures, reviewing.context.session.runs.active
+    reviewing.features.review.failures.panel.filter.clear()
+    found = failures.found
+    (one,) = found.failures
+    flagged = replace(one, found="signs", measure="chance", peak=0.6, error_deg=40.2, chance=0.6)
+    failures._known[entry] = replace(found, failures=(flagged,))
+    failures._tell()
+    settle(reviewing, qtbot)
+    panel = reviewing.features.review.failures.panel
+    said = "1 stretch flagged; largest error 40°, below your threshold of 45°."
+    assert panel.words.text().startswith(said)
+    assert rows(reviewing)[0][2:4] == ["40", "60"]
+
+
 def test_another_threshold_and_another_run_find_others(reviewing, qtbot):
     reviewing.context.view_state.set_threshold(180.0)
     settle(reviewing, qtbot)
@@ -102,3 +149,36 @@ def test_another_threshold_and_another_run_find_others(reviewing, qtbot):
     settle(reviewing, qtbot)
     assert rows(reviewing) == []
     assert "failures" not in [lane.name for lane in reviewing.context.docks.timeline.lanes]
+
+
+def test_a_click_in_the_film_strip_corrects_a_point_and_the_strip_shows_the_new_run(
+    reviewing, qtbot
+):
+    window, strip = reviewing, reviewing.features.review.strip
+    window.context.docks.bring_up("strip")
+    failures = window.context.session.failures
+    failures.choose(failures.listed[0])
+    settle(window, qtbot)
+    qtbot.waitUntil(lambda: bool(strip.view._cells))
+    assert strip.landmark.currentData() == "right_hand", "the outermost"
+    assert "wild" in strip.words.text()
+    trigger(window, "strip_blink")
+    assert "reference" in strip.words.text()
+    cell = strip.view._cells[-1]
+    place = strip.view.area_of(cell).center()
+    QTest.mouseClick(strip.view, Qt.MouseButton.LeftButton, pos=place.toPoint())
+    assert window.context.session.document.frame == cell.frame
+    (click,) = window.context.session.project.project.clicks.at(cell.frame)
+    assert (click.camera, click.landmark) == (cell.camera, "right_hand")
+    assert click.position == pytest.approx(cell.pixel_at(0.5, 0.5), abs=3.0)
+    qtbot.waitUntil(lambda: (cell.camera, cell.frame) in strip.view._marks)
+    qtbot.waitUntil(lambda: not strip._soon.isActive())
+    said = window.statusBar().currentMessage()
+    assert said == window.context.actions.action("annotate-retrack").statusTip(), "why it is not"
+    add_run(window, "corrected", off=0.05)
+    settle(window, qtbot)
+    trigger(window, "strip_blink")
+    qtbot.waitUntil(lambda: len(strip._layers) == 3)
+    assert strip._layers[:2] == ("corrected", "wild")
+    assert len(strip.view._cells[0].pictures) == 3
+    settle(window, qtbot)

@@ -4,10 +4,11 @@ import multiprocessing
 import time
 
 import pytest
+from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
 from app.features.annotate.filling import reference_work
-from tests.gui.hands import LEFT, annotate_all
+from tests.gui.hands import LEFT, annotate_all, key
 
 pytestmark = pytest.mark.window
 
@@ -25,6 +26,8 @@ def test_a_fit_that_takes_long_is_seen_to_work_and_can_be_cancelled(annotating, 
     annotate_all(window, qtbot)
     monkeypatch.setattr(reference_work, "fit_elsewhere", endless_fit)
     before = multiprocessing.active_children()
+    window.context.actions.refresh()
+    assert "(about " in window.context.actions.action("annotate-fit").text(), "told before"
     window.context.actions.action("annotate-fit").trigger()
     qtbot.waitUntil(
         lambda: "forward and backward pass" in window.status.state.text(), timeout=60_000
@@ -44,3 +47,21 @@ def test_a_fit_that_takes_long_is_seen_to_work_and_can_be_cancelled(annotating, 
     qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
     assert not window.status.progress.isVisible()
     assert window.messages.text() == ""
+
+
+def test_suggestions_come_at_once_from_the_clicked_frames_alone(annotating, qtbot):
+    window, panels = annotating, annotating.features.annotate.panels
+    annotate_all(window, qtbot)
+    key(window, Qt.Key.Key_J)
+    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
+    assert window.context.session.project.project.references.names() == (), "no whole fit"
+    assert window.context.session.document.frame > 0, "it goes where nothing is known"
+    first = panels.next_panel.tree.cells.rows[0]
+    assert first.kind == "unknown"
+    rows = (panels.next_panel.tree.cells.cell(0, column).text for column in range(5))
+    assert "all" in [*rows], "not some hundreds of degrees"
+    window.context.session.document.visit(first.frame)
+    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
+    annotate_all(window, qtbot)
+    assert all(one.frame != first.frame or one.kind != "unknown"
+               for one in panels.next_panel.tree.cells.rows)  # fmt: skip

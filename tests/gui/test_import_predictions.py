@@ -257,7 +257,7 @@ def test_the_first_frame_is_filled_from_the_detector_without_any_click(opened, d
     assert {one.frame for one in first} == {0}
     tile = window.context.docks.views.tiles["N"].camera
     assert {mark.landmark for mark in tile.marks.predictions} >= {"left_elbow", "left_hand"}
-    assert f"{len(first)} landmarks proposed" in window.statusBar().currentMessage()
+    assert f"{len(first)} landmarks predicted" in window.statusBar().currentMessage()
     assert session.edits.to_undo().words == "fill from detector in frame 0"
     action("undo").trigger()
     qtbot.waitUntil(window.context.tasks.settled)

@@ -6,6 +6,9 @@ import pytest
 from app.features.inspect.contents import content_of
 from app.features.inspect.controller import drawing_of
 from app.session.inspection import name_of, steps_of
+from stereotrack_core.body.model import landmarks
+from stereotrack_core.evaluation.failure_segments.reasons import reason_of
+from stereotrack_core.tracking.arm_search.arms import LEFT, with_arm
 from tests.tracking.test_trace import followed
 
 KINDS = ("thesis", "fast", "scalar")
@@ -42,6 +45,21 @@ def test_every_step_has_words_a_source_and_something_to_see(traces, kind):
             assert not table.tips or len(table.tips) == len(table.headings)
         marked = (*drawing.scene.lines, *drawing.scene.dots)
         assert all(np.isfinite(each.places).all() for each in marked)
+
+
+def test_the_true_arms_stand_in_the_table_with_a_verdict():
+    tracker, cloud = followed("accurate")
+    pose = with_arm(tracker.pose, LEFT, np.array([-1.0, 0.0, 0.0]), np.array([-1.0, 0.0, 0.0]))
+    trace = tracker.explain(cloud, landmarks(tracker.setup.body, pose))
+    (content,) = contents(trace, "search")
+    names = [row[0] for row in content.tables[0].rows]
+    assert names[1:3] == ["reference", "reference, refined"]
+    assert "true arms cost" in content.words, "arms that are not there cannot be cheaper"
+    assert "itself never sees them" in content.words
+    assert content.parameters == reason_of(trace.search).parameters != ()
+    (without,) = contents(tracker.explain(cloud), "search")
+    assert "reference" not in [row[0] for row in without.tables[0].rows]
+    assert without.parameters == ()
 
 
 def test_correlations_are_the_cross_covariance_over_both_deviations(traces):

@@ -50,11 +50,11 @@ def test_one_click_gives_a_curve_two_a_prediction_that_one_key_accepts(annotatin
     assert len(clicks(annotating)) == 2, "a prediction never becomes a click by itself"
     assert np.isfinite(view(annotating, "N").marks.predictions[0].error_px)
     annotating.context.view_state.activate("S")
-    key(annotating, Qt.Key.Key_A, name="S")
+    key(annotating, Qt.Key.Key_Q, name="S")
     found = clicks(annotating)[("S_right", "left_hand")]
     assert found.origin == "accepted"
     assert found.position == pytest.approx((prediction.x, prediction.y))
-    key(annotating, Qt.Key.Key_A, name="S")
+    key(annotating, Qt.Key.Key_Q, name="S")
     assert len(annotating.context.session.project.project.history.entries()) == 3
 
 

@@ -11,6 +11,7 @@ from stereotrack_core.interop.labels import read_clicks, write_clicks
 from stereotrack_core.project.clicks import mark_clicks, place_clicks
 from stereotrack_core.project.prefilling import set_accepted_sigma
 from tests.gui.hands import (
+    ALT,
     CTRL,
     SHIFT,
     at,
@@ -66,7 +67,7 @@ def test_the_next_frame_is_there_to_be_accepted_and_corrected(four, qtbot, monke
     assert {lanes[name][1] for name in NINE.names} == {Mark.PROPOSED}, "hatched"
 
     point(four, 100.0, 100.0, "N")
-    key(four, Qt.Key.Key_Q, name="N")
+    key(four, Qt.Key.Key_Q, SHIFT, name="N")
     assert origins(four, "N") == [ACCEPTED] * 9
     assert len(clicks(four)) == 9
     settle(four, qtbot)
@@ -84,7 +85,7 @@ def test_the_next_frame_is_there_to_be_accepted_and_corrected(four, qtbot, monke
     moved = {n: np.hypot(*np.subtract(proposed(four, n)["left_hand"], before[n])) for n in before}
     assert max(moved.values()) > 4.0, "the other views of the landmark follow"
 
-    key(four, Qt.Key.Key_Q, SHIFT, name="N")
+    key(four, Qt.Key.Key_Q, name="N")
     assert "accept" in undo_words(four)
     assert sorted(click.origin for click in clicks(four, 1).values()) == [ACCEPTED] * 35 + ["hand"]
     assert four.context.session.document.frame == 2, "all is clicked, so it goes on"
@@ -126,11 +127,11 @@ def test_what_is_uncertain_stays_open_and_visibility_survives(four, qtbot, monke
 
     said = []
     four.statusBar().messageChanged.connect(said.append)
-    key(four, Qt.Key.Key_Q, SHIFT, name="N")
+    key(four, Qt.Key.Key_Q, name="N")
     there = clicks(four, 1)
     assert {one.key for one in there.values()} == set(sigma) - uncertain
     assert four.context.session.document.frame == 1, "there is something left to do"
-    assert f"{len(uncertain)} points less certain than" in said[-1]
+    assert f"{len(uncertain) - 2} more to check" in said[-1], "one is shown, one is outside"
     settle(four, qtbot)
     lanes = {lane.id: lane.values for lane in four.context.docks.timeline.lanes}
     open_everywhere = {name for name in NINE.names if name not in {one[1] for one in there}}
@@ -139,7 +140,7 @@ def test_what_is_uncertain_stays_open_and_visibility_survives(four, qtbot, monke
     settle(four, qtbot)
 
     set_accepted_sigma(project, 50.0)
-    key(four, Qt.Key.Key_Q, SHIFT, name="N")
+    key(four, Qt.Key.Key_Q, name="N")
     recording = four.context.session.document.recording
     write_clicks(tmp_path / "clicks.csv", project.clicks.all(), recording)
     exported = read_clicks(tmp_path / "clicks.csv", recording).checked()
@@ -152,26 +153,79 @@ def test_what_is_uncertain_stays_open_and_visibility_survives(four, qtbot, monke
         assert {one.origin for one in found.values()} == {ACCEPTED}
 
 
-def test_uncertain_landmarks_are_left_to_be_clicked_where_that_is_wanted(four, qtbot):
+def test_doubtful_proposals_are_gone_through_each_enlarged(four, qtbot):
+    proposals, walk = (
+        four.features.annotate.clicking.proposals,
+        four.features.annotate.clicking.walk,
+    )
     click_all_but_one(four)
     point_and_click(four, *truth(four, "head", "W"), "W")
     four.context.session.document.visit(1)
     settle(four, qtbot)
-    assert sum(len(proposed(four, name)) for name in VIEWS) == 36
-    four.context.actions.action("ask_for_clicks").trigger()
+    proposals.set_wanted(0.8 * proposals.answer.known.accuracy_mm)
     settle(four, qtbot)
-    found = {name: proposed(four, name) for name in VIEWS}
-    assert all(sum(one in found[name] for name in VIEWS) == 3 for one in NINE.names)
-    point(four, 100.0, 100.0, "N")
-    key(four, Qt.Key.Key_Q, SHIFT, name="N")
-    left = [(name, one) for name in VIEWS for one in NINE.names if one not in found[name]]
-    assert len(clicks(four)) == 27
-    for name, landmark in left:  # the cursor offers what is left
-        point_and_click(four, *truth(four, landmark, name), name)
-    assert sorted(one.origin for one in clicks(four).values()) == [ACCEPTED] * 27 + ["hand"] * 9
-    off = [
-        np.hypot(*np.subtract(one.position, truth(four, one.landmark, one.camera[0])))
-        for one in clicks(four).values()
-    ]
-    assert max(off) < 3.0, "each is what was asked for"
-    four.context.actions.action("ask_for_clicks").trigger()
+    doubtful = proposals.doubtful()
+    ringed = [m for name in VIEWS for m in view(four, name).marks.predictions if not m.certain]
+    assert len(ringed) == len(doubtful) > 1
+    words = four.features.annotate.clicking.body.words.text()
+    assert words.startswith("Accuracy now ")
+    assert "more click" in words
+    before = {name: view(four, name).zoom for name in VIEWS}
+
+    key(four, Qt.Key.Key_Q, name="N")
+    settle(four, qtbot)
+    assert len(clicks(four)) == 36 - len(doubtful)
+    first = walk.at
+    assert first is not None
+    name = first.camera[0]
+    shown = view(four, name)
+    assert shown.zoom > 3.0 * before[name]
+    assert shown.crosshair.toTuple() == first.position
+    assert shown.rect().contains(shown.place_of(*first.position).toPoint())
+    assert shown.marks.curves, "epipolar curves of the other views"
+    key(four, Qt.Key.Key_Return, name=name)
+    assert clicks(four)[first.key[1:]].origin == ACCEPTED
+    settle(four, qtbot)
+    second = walk.at
+    assert second.key != first.key
+    assert view(four, name).zoom == before[name] or second.camera[0] == name
+    point_and_click(four, *truth(four, second.landmark, second.camera[0]), second.camera[0])
+    assert clicks(four)[second.key[1:]].origin == "hand"
+    for _ in range(36):
+        settle(four, qtbot)
+        if walk.at is None:
+            break
+        key(four, Qt.Key.Key_Return, name=walk.at.camera[0])
+    assert walk.at is None
+    assert {name: view(four, name).zoom for name in VIEWS} == before
+    if len(clicks(four)) < 36:
+        key(four, Qt.Key.Key_Q, name="N")
+    assert len(clicks(four)) == 36
+
+
+def test_by_keyboard_alone_a_crosshair_on_the_epipolar_curve_places(four, qtbot):
+    landmark = "left_hand"
+    point_and_click(four, 5.0, 5.0, "N")
+    key(four, Qt.Key.Key_Z, CTRL)
+    four.features.annotate.clicking.annotating.choose(landmark)
+    point_and_click(four, *truth(four, landmark, "N"), "N")
+    four.features.annotate.clicking.annotating.choose(landmark)
+    point(four, *truth(four, "head", "O"), "O")
+    settle(four, qtbot)
+    key(four, Qt.Key.Key_Return, name="O")
+    shown = view(four, "O")
+    start = shown.crosshair
+    assert (shown.marks.on_curve(start) - start).manhattanLength() < 1e-6
+    key(four, Qt.Key.Key_Right, ALT, name="O")
+    moved = shown.crosshair
+    assert moved != start
+    assert (shown.marks.on_curve(moved) - moved).manhattanLength() < 1e-6, "it stays on the curve"
+    key(four, Qt.Key.Key_Right, ALT | CTRL, name="O")
+    fine = shown.crosshair
+    assert (fine - moved).x() == pytest.approx(1.0 / shown._scale())
+    key(four, Qt.Key.Key_Return, name="O")
+    (own,) = [one for one in clicks(four).values() if one.camera == "O_right"]
+    assert (own.landmark, own.origin) == (landmark, "hand")
+    assert own.position == pytest.approx(fine.toTuple())
+    key(four, Qt.Key.Key_Escape, name="O")
+    assert shown.crosshair is None

@@ -53,7 +53,6 @@ def seated(window, qtbot, shared_recording):
 
 
 def go_by_keys(window, qtbot, frame):
-    key(window, Qt.Key.Key_Escape, name="cam_0")  # with a click in hand, arrows move the click
     while window.context.session.document.frame != frame:
         further = frame - window.context.session.document.frame
         ten = abs(further) >= 10

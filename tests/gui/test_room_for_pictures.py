@@ -84,8 +84,8 @@ def views_size(window):
     return window.context.docks.views.size()
 
 
-def test_messages_and_bars_move_nothing(four, qtbot):
-    before, places = views_size(four), rows(four)
+def test_messages_and_bars_cover_neither_pictures_nor_buttons(four, qtbot):
+    before = views_size(four)
     long = Message("warning", "The board was seen only at the left edge. " * 9, button="Look")
     four.context.notifier.show(long)
     bar = four.features.annotate.panels.repeat_bar
@@ -95,10 +95,16 @@ def test_messages_and_bars_move_nothing(four, qtbot):
     for each in (bar, four.messages):
         assert each.isVisible()
         place = QRect(each.mapTo(four, QPoint(0, 0)), each.size())
-        assert QRect(views.mapTo(four, QPoint(0, 0)), views.size()).contains(place)
-        assert four.childAt(place.center()) in {each, *each.findChildren(QWidget)}, "on top"
+        assert not QRect(views.mapTo(four, QPoint(0, 0)), views.size()).intersects(place)
+        assert four.childAt(place.center()) in {each, *each.findChildren(QWidget)}
     assert four.messages.height() > 1.5 * bar.height(), "all of a long message is written"
-    assert (views_size(four), rows(four)) == (before, places)
+    assert views_size(four).height() == before.height() - four.messages.height() - bar.height()
+    four.context.docks.show_named("calibrate")
+    QApplication.processEvents()
+    page = four.context.docks.middle.currentWidget()
+    top = four.messages.mapTo(four, QPoint(0, 0)).y()
+    assert page.mapTo(four, QPoint(0, page.height())).y() <= top
+    four.context.docks.show_named("annotate")
     four.messages.close_button.click()
     bar.show_words("")
     QApplication.processEvents()

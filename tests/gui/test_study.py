@@ -1,16 +1,19 @@
 """Studies in the window: recordings, settings, tracking, results."""
 
 import dataclasses
+import math
 
 import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 
-from app.features.study.pages import SettingsForm
+from app.features.study.pages import SettingsForm, baseline_of
 from app.session import study as study_module
 from app.session.changes import Part
 from stereotrack_core.errors import InputError
+from stereotrack_core.evaluation.summary import evaluate
 from stereotrack_core.study.description import StudySettings, read_study, write_study
+from tests.gui.made_runs import add_run
 from tests.study.conftest import InThisProcess, study, walks  # noqa: F401 - fixtures
 
 pytestmark = pytest.mark.window
@@ -114,9 +117,11 @@ def test_settings_are_tracked_plotted_and_applied(studies, sheet, window, qtbot)
     shown.tabs.setCurrentWidget(results)
     QTest.mouseClick(results.best_button, Qt.MouseButton.LeftButton)
     best = results.table.common(results.table.best("forearms"))
+    assert results.plot._lines == ("6", pytest.approx(math.nan, nan_ok=True)), "the value now"
     QTest.mouseClick(results.take_button, Qt.MouseButton.LeftButton)
     tracking = window.context.session.track.settings.tracking
     assert str(tracking.iterations) == best["iterations"]
+    qtbot.waitUntil(lambda: results.plot._lines[0] == best["iterations"])
 
 
 def test_a_sweep_is_a_study_of_the_open_recording(newly_opened, qtbot):
@@ -128,6 +133,14 @@ def test_a_sweep_is_a_study_of_the_open_recording(newly_opened, qtbot):
     (row,) = shown.study.rows
     assert shown.study.place(row.recording) == w.context.session.document.recording.folder.resolve()
     assert shown.study.settings.preset == w.context.session.track.preset
+    assert math.isnan(baseline_of(w.context, "forearms"))
+    entry = add_run(w, "made", off=0.1)
+    settings = StudySettings(frames="2:6")
+    w.context.session.study.edit(lambda one: dataclasses.replace(one, settings=settings))
+    qtbot.waitUntil(w.context.tasks.settled)
+    truth = w.context.session.document.recording.reference
+    found = evaluate(entry.stored, truth, range(2, 6)).measure("forearms").statistics.mean
+    assert baseline_of(w.context, "forearms") == pytest.approx(found)
     shown.study.path.unlink()
     shown.close()
 

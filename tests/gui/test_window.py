@@ -7,7 +7,7 @@ import weakref
 import pytest
 from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication
+from PySide6.QtWidgets import QApplication, QMessageBox
 
 from app.start import WORKSPACE_NAMES
 from app.widgets.camera.camera_view import CameraView
@@ -213,3 +213,22 @@ def test_nothing_of_a_closed_window_is_left(qtbot, settings, processes, kept, sm
     QApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
     gc.collect()
     assert left() is None
+
+
+def test_quitting_asks_where_something_would_be_lost(settings, failures, processes, kept, qtbot):
+    kept.close()
+    window = show_window(qtbot, settings, processes)
+    qtbot.addWidget(window)
+    window.asks_before_quitting = True
+    window.context.session.losses.append(lambda: "a calibration that is not saved")
+    for button in ("Cancel", "Quit"):
+        window.close()
+        assert window.isVisible()
+        box = window.findChild(QMessageBox)
+        assert "a calibration that is not saved" in box.informativeText()
+        assert box.checkBox() is None, "there are no trials that could be stored"
+        next(one for one in box.buttons() if button in one.text()).click()
+        QApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
+    assert not window.isVisible()
+    close_window(window)
+    assert not failures

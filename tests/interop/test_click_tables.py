@@ -27,8 +27,9 @@ def test_the_layout_is_that_of_the_command_line(tmp_path):
     ]
     write_clicks(path, clicks, RECORDING)
     assert path.read_text() == (
-        f"{HEAD.strip()},source\n3,N_left,left_hip,1.25,2.0,2,clicked\n"
-        "3,S,left_hip,,,0,accepted\n4,N,head,100.5,20.0,1,imported\n"
+        f"{HEAD.strip()},source,sigma,flag,annotator,time\n"
+        "3,N_left,left_hip,1.25,2.0,2,clicked,,,,\n3,S,left_hip,,,0,accepted,,,,\n"
+        "4,N,head,100.5,20.0,1,imported,3.0,uncertain,,\n"
     )
     found = read_clicks(path, RECORDING).checked()
     assert [click.origin for click in found] == ["hand", "accepted", "imported"]

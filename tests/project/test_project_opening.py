@@ -140,7 +140,7 @@ def test_another_machine_on_a_network_drive_is_asked_for(project, project_path, 
         assert any("process 5 on other-machine" in note.what for note in taken.notes)
 
 
-@pytest.mark.parametrize("version", [0, 3])
+@pytest.mark.parametrize("version", [0, 4])
 def test_a_project_of_another_format_is_refused_and_left_alone(project, project_path, version):
     project.close()
     with closing(sqlite3.connect(project_path)) as database:
@@ -148,7 +148,7 @@ def test_a_project_of_another_format_is_refused_and_left_alone(project, project_
     before = project_path.read_bytes()
     for read_only in (False, True):
         with pytest.raises(
-            InputError, match=rf"has format {version}, and .* reads formats 1 to 2.*created"
+            InputError, match=rf"has format {version}, and .* reads formats 1 to 3.*created"
         ):
             Project.open(project_path, read_only=read_only)
     assert project_path.read_bytes() == before

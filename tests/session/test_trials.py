@@ -93,3 +93,60 @@ def test_a_process_that_is_killed_is_told_and_the_next_trials_are_done(
     entry = begin(trial())
     shown.until(opened.trials.settled)
     assert list(entry.frames) == [0, 1]
+
+
+def test_views_go_to_the_worst_frame_of_a_trial_and_play_around_it(shown, opened, begin):
+    shown.state.show_workspace("tune")
+    begin(trial())
+    shown.until(opened.settled)
+    entry = begin(trial(range(1, 6), sigma_joint=25.0))
+    shown.until(lambda: opened.trials.settled() and opened.judging.settled())
+    judgement, document = opened.judging.of(entry), opened.document
+    worst = int(judgement.frame[np.nanargmax(np.nanmax(judgement.arms, axis=0))])
+    assert worst in document.loop
+    assert set(document.loop) <= set(range(1, 6))
+    assert document.playing
+    shown.state.show_workspace("review")
+    assert (document.loop, document.playing) == (None, False)
+    opened.trials.toggle_loops()
+    shown.state.show_workspace("tune")
+    begin(trial(range(1, 6), sigma_joint=30.0))
+    shown.until(lambda: opened.trials.settled() and opened.judging.settled())
+    assert document.loop is None
+    assert document.frame in range(1, 6)
+
+
+def test_a_run_on_selection_says_whose_pose_it_has_or_goes_on_as_that_run_did(shown, opened, begin):
+    first = begin(trial(range(4), outlier_neighbours=0))  # few points are measured here
+    shown.until(opened.settled)
+    opened.track.choose("thesis", first.settings)
+    shown.state.select(range(2, 4))
+    start = opened.track.run_selection()
+    shown.until(opened.settled)
+    run = opened.runs.active
+    assert start.run is first is not run
+    assert run.origin.meta["init"] == start.words == f"from run {first.name}, frame 1"
+    opened.trials.run_as(start.run, range(2, 4))
+    shown.state.show_workspace("review")
+    shown.until(opened.settled)
+    again = opened.runs.active
+    assert (again.kind, list(again.frames)) == ("run", [2, 3])
+    np.testing.assert_array_equal(again.trial.start.P, first.frames[1].P)
+
+
+def test_trials_are_named_before_they_are_lost_and_can_be_kept_as_far_as_they_are(
+    shown, opened, begin
+):
+    begin(trial())
+    shown.until(opened.settled)
+    assert opened.would_be_lost() == ()
+    begin(trial(sigma_joint=25.0))
+    shown.until(opened.trials.settled)
+    partial = begin(trial(range(8), sigma_joint=30.0))
+    shown.until(lambda: bool(partial.frames))
+    assert opened.would_be_lost() == ("2 trials",)
+    opened.trials.keep()
+    done = len(partial.frames)
+    assert opened.would_be_lost() == ()
+    assert [entry.kind for entry in opened.runs.entries] == ["run"] * 3
+    assert len(partial.run().frame) == done >= 1

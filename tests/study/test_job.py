@@ -41,7 +41,7 @@ def test_results_are_those_of_runs_alone(plan, cones):
         assert result.measures["frames_per_second"] > 0
         names = {measure.name for measure in MEASURES}
         assert names - set(result.measures) <= {"lost_precision", "lost_recall", "keypoint_error"}
-        assert set(result.measures) <= names
+        assert {name for name in result.measures if "/" not in name} <= names
     assert len({result.measures["forearms"] for result in results.values()}) == 4
 
 

@@ -4,6 +4,7 @@ import csv
 import dataclasses
 import math
 
+import numpy as np
 import pytest
 
 from stereotrack_core.annotation.click import Click, Visibility
@@ -13,6 +14,7 @@ from stereotrack_core.project.clicks import place_clicks
 from stereotrack_core.project.entries import choose, save_reference
 from stereotrack_core.project.marks import mark_keyframes
 from stereotrack_core.project.project import Project
+from stereotrack_core.project.scenarios import keep_scenario
 from stereotrack_core.project.schema import REFERENCE
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.study import job as job_module
@@ -21,7 +23,13 @@ from stereotrack_core.study.job import JobResult, failure
 from stereotrack_core.study.points import grid_points, parsed_axis
 from stereotrack_core.study.run import StudyRun, plan_study, summarised
 from stereotrack_core.study.status import study_status
-from stereotrack_core.study.store import Store, stored_results, write_result_table
+from stereotrack_core.study.store import (
+    Store,
+    read_table,
+    stored_results,
+    words_of,
+    write_result_table,
+)
 from tests.study.conftest import InThisProcess, settings
 
 
@@ -76,6 +84,17 @@ def test_runs_are_kept_measured_and_not_computed_again(ben, tmp_path, monkeypatc
         assert track(ben)[0] == 1
     assert status_of(ben)["data/ben/slow"].mean("torso_position") < 10
     assert {len(row.messages) for row in status_of(ben).values()} == {0}
+
+    # a stretch that gets a name: likewise, and it has columns of its own
+    with Project.open(tmp_path / "data/ben/slow.stereotrack") as project:
+        project.apply(keep_scenario("fast", range(1, 3)))
+    with monkeypatch.context() as patch:
+        patch.setattr(job_module, "track_together", lambda *_, **__: pytest.fail("tracked again"))
+        assert track(ben)[0] == 1
+    table = read_table(ben.table)
+    assert {"fast/forearms", "fast/lost"} <= set(table.measures)
+    assert words_of("fast/forearms") == "fast: forearms, mean [deg]"
+    assert np.isfinite(table.numbers("fast/forearms")).sum() == 1
 
     # a run that is missing is tracked again
     (ben.runs / "data/ben/slow/").rename(tmp_path / "away")

@@ -41,8 +41,8 @@ class Stepping:
         self.state, estimate = self.model.step(self.state, cloud, recorder)
         return estimate
 
-    def explain(self, cloud):
-        return explain(self.model, self.state, cloud)
+    def explain(self, cloud, truth=None):
+        return explain(self.model, self.state, cloud, truth)
 
 
 def tracker_of(name, *, fps=10.0, seed=0, cameras=CAMERAS, **changes):

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from stereotrack_core.body.angles import THESIS_JOINTS
-from stereotrack_core.body.model import body_model
+from stereotrack_core.body.model import body_model, landmarks
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.experiments.baselines import estimators, particles
-from stereotrack_core.tracking.estimate import Estimate
+from stereotrack_core.geometry.rotation import angle_between
+from stereotrack_core.tracking.estimate import Estimate, limb_directions
 from stereotrack_core.tracking.inspection import FIRST, NOBODY, beginning_at, explain
 from stereotrack_core.tracking.model import model_for
 from stereotrack_core.tracking.presets import preset
@@ -71,6 +72,29 @@ def test_a_watched_step_is_the_step_to_the_last_bit_and_leaves_the_tracker(kind)
     assert trace.estimate.tracked
     assert_same_estimate(trace.estimate, found)
     np.testing.assert_array_equal(trace.after.P, found.P)
+
+
+def test_the_true_arms_are_recorded_and_change_no_bit_of_the_step():
+    tracker, cloud = followed("accurate")
+    body = tracker.setup.body
+    truth = landmarks(body, POSES["reaching"])
+    trace, without = tracker.explain(cloud, truth), tracker.explain(cloud)
+    assert_same_estimate(trace.estimate, without.estimate)
+    np.testing.assert_array_equal(trace.after.P, without.after.P)
+    for one, other in zip(trace.search.pairs, without.search.pairs, strict=True):
+        assert one.terms == other.terms
+    assert without.search.truth is None
+    true = trace.search.truth
+    for pair in (true.given, true.refined):
+        assert pair.cost == pytest.approx(sum(pair.terms.values()))
+        assert pair.terms.keys() == trace.search.followed.terms.keys()
+    arms = limb_directions(body.frames(true.given.pose))[2:]
+    there = limb_directions(body.frames(POSES["reaching"]))[2:]
+    assert np.degrees(angle_between(arms, there)).max() < 12.0, "in the followed torso's frame"
+    assert np.degrees(true.off).max() < 15.0
+    assert (true.points > 10).all()
+    nothing = np.full((9, 3), np.nan)
+    assert tracker.explain(cloud, nothing).search.truth is None
 
 
 @pytest.mark.parametrize("kind", ["thesis", "accurate"])

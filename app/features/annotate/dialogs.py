@@ -7,7 +7,7 @@ from typing import Any, TypeAlias
 
 from stereotrack_core.annotation.agreement import click_sigmas, differences
 from stereotrack_core.annotation.click import USUAL_SIGMA, Click
-from stereotrack_core.annotation.reference import Reference
+from stereotrack_core.annotation.reference import MAX_SIGMA, Reference
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.upright import Z_UP, Upright
@@ -37,13 +37,20 @@ from ...session.changes import Part
 from ...session.jobs import Job
 from ...session.project import message_of_finding
 from ...session.session import unless
-from ...widgets.forms.form_dialog import ask_for_text, ask_to_export, ask_to_open
+from ...widgets.forms.form_dialog import (
+    ask_for_number,
+    ask_for_text,
+    ask_to_export,
+    ask_to_open,
+)
+from ...widgets.forms.numbers import NumberField
 from .exchange.agreement import AgreementDialog, AgreementReport, agreement_report
 from .exchange.merging import ImportDialog, TakeInDialog
 from .exchange.predictions import PredictionsDialog
 from .panels import AnnotationPanels
 from .subject_dialog import SubjectDialog
 
+_MAX_SIGMA = "export_max_sigma"  # view setting: metres
 _PROJECTS = "Projects (*.stereotrack)"
 _EXPORTED: dict[Kind, str] = {
     "clicks": "clicks", "reference": "the reference", "keypoints": "predictions",
@@ -153,11 +160,33 @@ class AnnotationDialogs:
         """Let the person choose where something is written to, and in which format."""
         project, title = self._panels.project, f"Export {_EXPORTED[kind]}"
         name = f"{project.path.stem}-{kind}.csv" if project is not None else f"{kind}.csv"
-        use = partial(self._export, kind)
-        proposed = Path(self._folder()) / name
-        ask_to_export(self._panels.window, title, proposed, formats_of(kind), use)
+        proposed, parent = Path(self._folder()) / name, self._panels.window
 
-    def _export(self, kind: Kind, path: Path, form: ExportFormat) -> None:
+        def ask(limit: float) -> None:
+            use = partial(self._export, kind, limit)
+            ask_to_export(parent, title, proposed, formats_of(kind), use)
+
+        if kind == "reference" and project is not None:
+            self._ask_for_limit(project, title, ask)
+        else:
+            ask(MAX_SIGMA)
+
+    def _ask_for_limit(self, project: Project, title: str, use: Callable[[float], None]) -> None:
+        """Ask which landmarks are left out; the answer is proposed the next time."""
+        field = NumberField(
+            per_unit=1000.0, minimum=1.0, maximum=1000.0, suffix=" mm", singleStep=10.0
+        )
+        field.show_stored(float(project.view_settings.get(_MAX_SIGMA, MAX_SIGMA)))
+
+        def take(limit: float) -> None:
+            if not project.read_only:
+                project.view_settings.set(_MAX_SIGMA, limit)
+            use(limit)
+
+        text = "Leave out landmarks with a standard deviation above:"
+        ask_for_number(self._panels.window, title, text, field, take)
+
+    def _export(self, kind: Kind, limit: float, path: Path, form: ExportFormat) -> None:
         """Write in the background; says when it is done, and what the format cannot store."""
         now = self._panels.reference.now
 
@@ -165,10 +194,8 @@ class AnnotationDialogs:
             if kind == "keypoints":
                 return writer(form, "keypoints")(path, project.keypoints.all(), recording)
             if kind == "reference" and now is not None:
-                return export_reference(path, now.reference, form, recording.fps)
-            landmarks = project.landmark_set()
-            clicked = ClickedRecording(project.clicks.all(), recording, landmarks)
-            return export_clicks(path, clicked, form)
+                return export_reference(path, now.reference, form, recording.fps, limit)
+            return export_clicks(path, ClickedRecording.of(project, recording), form)
 
         def say(_project: Project, _recording: Recording, written: Exported) -> None:
             self._panels.say(written.words())
@@ -200,7 +227,7 @@ class AnnotationDialogs:
             f"{name} ({counted(count, 'keypoint')})": name
             for name, count in self._keypoints.sources.items()
         }
-        words = "Detector whose keypoints and proposals are removed:"
+        words = "Detector whose keypoints and predictions are removed:"
         remove = lambda chosen: self.remove_predictions(known[chosen])  # noqa: E731
         dialog = ask_for_text(self._panels.window, "Remove predictions", words, remove)
         dialog.setComboBoxItems(list(known))

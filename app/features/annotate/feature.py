@@ -24,6 +24,7 @@ from ...services.docks import Workspace
 from ...session.session import Session, unless
 from ...widgets.forms.form_dialog import ask_for_number
 from ...widgets.forms.numbers import WholeNumberField
+from .cameras import camera_commands
 from .clicking.choosing import ADVANCES, Advance
 from .clicking.controller import ClickController
 from .dialogs import AnnotationDialogs
@@ -36,12 +37,15 @@ from .filling.retracking import (
     retrack_command,
 )
 from .panels import AnnotationPanels
+from .scenarios import scenario_commands
 
 _MENU = "&Annotate"
 _KEYS = 9
 _STEPS = {
-    "fine": (0.1, "0.1 px", "Ctrl+"), "": (0.5, "0.5 px", ""), "coarse": (1.0, "1 px", "Shift+"),
+    "fine": (0.1, 1.0, "Ctrl+Alt+"), "": (0.5, 8.0, "Alt+"), "coarse": (1.0, 40.0, "Alt+Shift+"),
 }  # fmt: skip
+"""Pixels that a click moves by, pixels of the screen that the crosshair does, and keys."""
+
 _WAYS = {"left": (-1, 0), "right": (1, 0), "up": (0, -1), "down": (0, 1)}
 
 
@@ -96,40 +100,31 @@ def _choosing(annotate: ClickController) -> list[Command]:
 def _placing(annotate: ClickController) -> list[Command]:
     annotating = annotate.annotating
 
-    def no_view(everywhere: bool) -> str:
-        return annotate.why_no_annotating() or ("" if everywhere else annotate.why_no_camera())
-
-    def nothing_predicted(everywhere: bool) -> str:
-        where = "any view" if everywhere else "this view"
-        none = f"No unclicked landmark has a prediction in {where}."
-        return no_view(everywhere) or unless(annotate.predictions(everywhere=everywhere), none)
-
-    def nothing_proposed(everywhere: bool) -> str:
+    def nothing_sure(everywhere: bool) -> str:
         where = "this frame" if everywhere else "this view"
-        none = f"Nothing is proposed in {where}. Click landmarks in another frame first."
-        return no_view(everywhere) or unless(annotate.proposed(everywhere=everywhere), none)
+        none = f"Nothing is predicted in {where}. Click landmarks in another frame first."
+        no_view = annotate.why_no_annotating() or ("" if everywhere else annotate.why_no_camera())
+        return no_view or unless(annotate.predicted(everywhere=everywhere), none)
 
     command = Menu(_MENU, annotate.why_no_annotating).command
     return [
-        command("accept", "Accept prediction", "Turn the predicted point of the selected landmark "
-                "in the view under the cursor into a click.",
-                partial(annotate.accept, everywhere=False), "A", "accept",
-                why_not=partial(nothing_predicted, False)),
-        command("accept_everywhere", "Accept prediction in all views", "Turn the predicted points "
-                "of the selected landmark into clicks in all views that have none.",
-                partial(annotate.accept, everywhere=True), "Shift+A", "accept",
-                why_not=partial(nothing_predicted, True)),
-        command("accept_view", "Accept all proposals in this view", "Turn everything that is "
-                "proposed in the view under the cursor and certain enough into clicks. Drag what "
-                "is wrong first.",
-                partial(annotate.accept_proposals, everywhere=False), "Q", "accept",
-                why_not=partial(nothing_proposed, False)),
-        command("accept_frame", "Accept all proposals in this frame", "Turn everything that is "
-                "proposed in all views of this frame and certain enough into clicks, as one edit.",
-                partial(annotate.accept_proposals, everywhere=True), "Shift+Q", "accept",
-                why_not=partial(nothing_proposed, True)),
+        command("accept_frame", "Accept what is sure in this frame", "Turn all predictions of this "
+                "frame that are certain enough into clicks, as one edit, and show the doubtful "
+                "ones, one after the other. Drag what is wrong first.",
+                partial(annotate.accept, everywhere=True), "Q", "accept",
+                why_not=partial(nothing_sure, True)),
+        command("accept_view", "Accept what is sure in this view", "Turn all predictions in the "
+                "view under the cursor that are certain enough into clicks, as one edit.",
+                partial(annotate.accept, everywhere=False), "Shift+Q", "accept",
+                why_not=partial(nothing_sure, False)),
+        command("confirm", "Confirm and go on", "Accept the doubtful prediction that is shown, or "
+                "place the landmark at the crosshair, and go to the next one. Alt+arrows move the "
+                "crosshair. Where neither is shown, show it.", annotate.walk.confirm, "Return"),
+        command("wanted_accuracy", "Wanted accuracy …", "Set the error of a frame's landmarks, in "
+                "millimetres, up to which clicks are asked for.",
+                annotate.ask_wanted),
         command("accept_limit", "Limit for accepting …", "Set up to which standard deviation "
-                "proposals and predictions are accepted. What is less certain is drawn fainter, "
+                "predictions are accepted. What is less certain is drawn fainter, "
                 "with a dashed circle, and stays open.", annotate.ask_accepted_sigma),
         command("delete_click", "Clear click", "Delete the last click, or the click of the "
                 "selected landmark in this view.", annotating.delete, "Del", "delete",
@@ -176,26 +171,28 @@ def _nudging(annotate: ClickController) -> list[Command]:
     annotating = annotate.annotating
 
     def not_held() -> str:
-        none = "No click is in hand. Click on one, or press E."
-        return annotate.why_no_annotating() or unless(annotating.held(), none)
+        none = "No click is in hand. Click on one, or press E; Return shows a crosshair."
+        there = annotating.held() or annotate.walk.aimed() is not None
+        return annotate.why_no_annotating() or unless(there, none)
 
     command = Menu(f"{_MENU}/Nudge", not_held).command
     nudges = [
         command(
-            f"nudge_{way}{'_' if name else ''}{name}", f"Move by {words} {way}",
-            f"Move the last click, or the selected one, by {words} {way}.",
-            partial(annotate.nudge, x * step, y * step), f"{modifier}{way.capitalize()}",
+            f"nudge_{way}{'_' if name else ''}{name}", f"Move by {step:g} px {way}",
+            f"Move the last click, or the selected one, by {step:g} px {way}; where the crosshair "
+            f"is shown, move that by {far:g} px of the screen.",
+            partial(annotate.nudge, by, step, far), f"{modifier}{way.capitalize()}",
             section=way == "left", goes_first=True,
         )
-        for name, (step, words, modifier) in _STEPS.items()
-        for way, (x, y) in _WAYS.items()
+        for name, (step, far, modifier) in _STEPS.items()
+        for way, by in _WAYS.items()
     ]  # fmt: skip
     return [
         command("pick_click", "Select click", "Select the last click, or the one of the selected "
-                "landmark, to move it with the arrow keys.", annotate.pick_last, "E", "clicks",
+                "landmark, to move it with Alt+arrows.", annotate.pick_last, "E", "clicks",
                 why_not=partial(_no_click, annotate)),
-        command("let_go", "Deselect click", "Let the arrow keys step through frames again.",
-                annotating.let_go, "Esc", goes_first=True),
+        command("let_go", "Deselect click", "Have no click in hand, hide the crosshair, and end "
+                "going through doubtful predictions.", annotate.let_go, "Esc", goes_first=True),
         *nudges,
     ]  # fmt: skip
 
@@ -218,12 +215,6 @@ def _switches(session: Session, annotate: ClickController) -> list[Command]:
               "visible views, show the next keyframe that is not done, or the next frame where no "
               "keyframes are set.", annotate.toggle_going_on,
               checked=lambda: annotate.annotating.goes_on, section=True),
-        Menu(_MENU, session.no_recording).command(
-            "ask_for_clicks", "Ask for clicks of uncertain landmarks", "Propose nothing for an "
-            "uncertain landmark in the view where a click tells most. Takes more clicks and keeps "
-            "accepted proposals closer to what you see.", annotate.toggle_asking,
-            checked=lambda: annotate.proposals.asks, section=True,
-        ),
         Menu(_MENU, no_depth).command(
             "fit_depth", "Fit to clicks and depth", "Fit the body to the measured points as well "
             "as to the clicks, where the recording has depth.", annotate.toggle_depth, "Shift+D",
@@ -243,6 +234,7 @@ _IN_THE_MENU = (
     *("annotate-clear", "annotate-gap", "annotate-no-gap", ""),
     *("annotate-flag", "annotate-unflag", ""),
     *("annotate-keyframes", "annotate-done", "annotate-not-done", "annotate-no-keyframes"),
+    *("", "annotate-name-stretch", "annotate-forget-stretch"),
 )
 """Commands that the timeline offers for its selection; empty ones separate."""
 
@@ -256,6 +248,7 @@ def add_commands(
     """Add all commands, in the order of their menus, and those of the selection to the timeline."""
     actions.add(_going(panels))
     actions.add(_selection(panels, predicting))
+    actions.add(camera_commands(panels))
     actions.add(_trust(panels, dialogs))
     actions.add(_setup_and_files(panels, dialogs))
     for name in _IN_THE_MENU:
@@ -269,8 +262,8 @@ def _going(p: AnnotationPanels) -> list[Command]:
     command = Menu(_MENU, p.no_project).command
     return [
         command("annotate-next", "Go to best suggested click", "Go to the frame, view and "
-                "landmark where a click is expected to reduce the uncertainty most. The recording "
-                "is fitted first where that is missing.", p.next_panel.go_to_next, "J", "next",
+                "landmark where a click is expected to reduce the uncertainty most. The clicked "
+                "frames are fitted first if needed.", p.next_panel.go_to_next, "J", "next",
                 section=True),
         command("annotate-next-flagged", "Next flagged frame", "Go to the next frame with a flag.",
                 p.go_to_flagged, "Ctrl+J", "next-failure"),
@@ -280,7 +273,7 @@ def _going(p: AnnotationPanels) -> list[Command]:
         command("annotate-fit", "Fit whole recording", "Fit the body model to all clicks, "
                 "interpolate the frames between them, and store the result as the project's "
                 "reference.", p.reference.fit, icon="fit", why_not=p.reference.why_not,
-                section=True),
+                section=True, says=lambda: f"Fit whole recording ({p.reference.how_long()})"),
     ]  # fmt: skip
 
 
@@ -317,6 +310,7 @@ def _selection(p: AnnotationPanels, predicting: PredictionWork) -> list[Command]
                 "as incomplete.", keyframes("wanted")),
         command("annotate-no-keyframes", "Clear keyframes", "Remove the keyframes in the selected "
                 "frames. Clicks are kept.", keyframes("none")),
+        *scenario_commands(p, _SELECTION),
     ]  # fmt: skip
 
 
@@ -336,6 +330,10 @@ def _ask_for_keyframes(p: AnnotationPanels) -> None:
 def _trust(p: AnnotationPanels, dialogs: AnnotationDialogs) -> list[Command]:
     command = Menu(f"{_MENU}/&Quality check", p.no_edit).command
     return [
+        command("annotate-check", "Check clicks in the images", "Follow every click to the clicked "
+                "frames before and after it, and list those that lie somewhere else. Sides that "
+                "were exchanged and landmarks that were skipped are always listed.", p.check,
+                icon="warning", why_not=lambda: p.no_project() or p.next.why_not_check()),
         command("annotate-repeat-now", "Repeat this frame blind", "Hide the clicks of this frame "
                 "and annotate it again, to measure how precise the clicks are.",
                 lambda: p.begin_repeat(p.frame)),
@@ -374,7 +372,7 @@ def _setup_and_files(p: AnnotationPanels, dialogs: AnnotationDialogs) -> list[Co
              partial(dialogs.ask_to_export, "keypoints"), icon="export",
              why_not=dialogs.why_no_predictions),
         file("annotate-remove-predictions", "Remove predictions …", "Remove the keypoints and "
-             "proposals of a detector. You can undo this.", dialogs.ask_to_remove_predictions,
+             "predictions of a detector. You can undo this.", dialogs.ask_to_remove_predictions,
              icon="delete", why_not=dialogs.why_no_predictions),
     ]  # fmt: skip
 
@@ -399,7 +397,7 @@ def register(context: Context) -> Annotate:
     dialogs = AnnotationDialogs(panels)
     context.docks.add("next", "Suggested clicks", panels.next_panel)
     context.docks.add_above_timeline(panels.bar)
-    context.docks.lay_over_views(panels.repeat_bar)
+    context.docks.add_below_views(panels.repeat_bar)
     context.tasks.watch(panels.settled)
     clicked = ClickedFrames(context.session)
     personalising = Personalising(context, clicked, lambda: panels.reference.settings)

@@ -6,18 +6,23 @@ from dataclasses import dataclass
 import numpy as np
 
 from stereotrack_core.annotation import next_clicks as ranking_rules
+from stereotrack_core.annotation.appearance import unlike_the_others
+from stereotrack_core.annotation.click import ClickKey
+from stereotrack_core.annotation.doubts import Doubt
 from stereotrack_core.annotation.fit.results import TrajectoryFit
+from stereotrack_core.counting import counted
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.project.history import Changed
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.selection import gaps_of
+from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 
-from ...session.jobs import LatestOnly, TaskList
+from ...session.jobs import Job, LatestOnly, NewestJob, TaskList
 
 WANTED_DEG = 3.0  # angle by which limbs may be off where nobody has said otherwise
 _WANTED = "wanted_deg"
-_MOST = 200
+_MOST = 500
 _MANY_FRAMES = 50
 
 
@@ -38,6 +43,7 @@ class _Order:
     wanted_deg: float
     build: bool
     edited: frozenset[int]
+    doubts: Mapping[ClickKey, Doubt]  # that the images tell
 
 
 class _Ranker:
@@ -51,11 +57,14 @@ class _Ranker:
         project, gaps = self._project, gaps_of(self._project)
         ranking, self._ranking = self._ranking, None  # where this fails, the next one begins anew
         if ranking is None or order.build:
+            unused = project.marks.unused_cameras()
+            cameras = {name: one for name, one in self._cameras.items() if name not in unused}
             ranking = ranking_rules.NextClicks(
-                self._cameras, project.landmark_set(), order.fit,
+                cameras, project.landmark_set(), order.fit,
                 project.clicks.all(with_deleted=True),
                 sigma=project.click_sigmas(), run=order.run,
             )  # fmt: skip
+            ranking.add(order.doubts)
         else:
             for frame in sorted(order.edited):
                 clicks = (*project.clicks.at(frame), *project.clicks.deleted_at(frame))
@@ -86,6 +95,8 @@ class NextPresenter:
         self._worker: LatestOnly | None = None
         self._build, self._edited = False, frozenset[int]()
         self._newest: _Order | None = None
+        self._doubts: Mapping[ClickKey, Doubt] = {}
+        self._checking = NewestJob(tasks)
 
     @property
     def idle(self) -> bool:
@@ -97,6 +108,8 @@ class NextPresenter:
             self._worker = None
         self._project, self._cameras = project, cameras
         self._fit = self._run = self._newest = None
+        self._doubts = {}
+        self._checking.give_up()
         if project is not None:
             self.wanted_deg = float(project.view_settings.get(_WANTED, WANTED_DEG))
         self._tell(None)
@@ -121,9 +134,31 @@ class NextPresenter:
 
     def follow(self, changed: Changed) -> None:
         frames = changed.frames("click")
-        gaps = "frame_flag" in changed.tables
-        if frames or gaps:
-            self._ask(build=gaps or len(frames) > _MANY_FRAMES, frames=frames)
+        anew = bool(changed.tables & {"frame_flag", "camera_use"})
+        self._doubts = {key: one for key, one in self._doubts.items() if key.frame not in frames}
+        if frames or anew:
+            self._ask(build=anew or len(frames) > _MANY_FRAMES, frames=frames)
+
+    def why_not_check(self) -> str:
+        if self._fit is None:
+            return "Fit the whole recording first; its doubts are listed with those of the images."
+        return "The clicks are being checked." if self._checking.busy else ""
+
+    def check(self, recording: Recording, say: Callable[[str], object]) -> None:
+        """Look for clicks that images contradict; they join the suggestions."""
+        project = self._project
+        if project is None or self.why_not_check():
+            return
+
+        def take(found: Mapping[ClickKey, Doubt]) -> None:
+            self._doubts = found
+            self._ask(build=True)
+            words = f"{counted(len(found), 'click')} may be wrong by the images"
+            say(f"{words}; see Suggested clicks." if found else "The images contradict no click.")
+
+        clicks = project.clicks.used()
+        work = lambda task: unlike_the_others(recording, clicks, task.work)  # noqa: E731
+        self._checking.run(Job("checking clicks in the images", work, take))
 
     def _ask(self, *, build: bool = False, frames: frozenset[int] = frozenset()) -> None:
         if self._fit is None or self._project is None:
@@ -134,7 +169,8 @@ class NextPresenter:
             self._worker = LatestOnly(self._tasks, *how, late=True)
         # what no answer has taken in yet; a frame that is taken in twice does no harm
         self._build, self._edited = self._build or build, self._edited | frames
-        order = _Order(self._fit, self._run, self.wanted_deg, self._build, self._edited)
+        order = _Order(self._fit, self._run, self.wanted_deg, self._build, self._edited,
+                       self._doubts)  # fmt: skip
         self._newest = order
         self._worker.ask(order)
 

@@ -8,6 +8,7 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QColor, QPalette
 from PySide6.QtWidgets import QDialog, QSizePolicy, QWidget
 
+from stereotrack_core.annotation.fit.results import TrajectoryFit
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.project.blind_repeats import BlindRepeats
@@ -36,6 +37,7 @@ _GROUP = "annotation"
 _OF_PROJECT = "of_project"  # property of dialogs that close with the project
 _DELAY_MS = 40
 _COUNTING_MS = 250
+_REFIT_MS = 1500  # after an edit, for suggestions by the clicked frames
 _MANY_FRAMES = 300
 
 
@@ -106,10 +108,13 @@ class AnnotationPanels:
         self._kept: Mapping[int, Collection[str]] = {}
         self.next = NextPresenter(context.tasks, self._on_ranked)
         self.reference = ReferenceWork(context.tasks, self._on_reference, self._show_reference)
+        context.session.losses.append(self.reference.lost_words)
         self._run: tuple[RunEntry, int] | None = None
         self._judged: Reference | None = None
         self._trajectory: LandmarkTrajectory | None = None
         self._back_to: int | None = None
+        self._by_clicked = False
+        self._refit = context.session.later(self._on_fit_wanted, _REFIT_MS)
         self._soon = context.session.later(self._show_numbers, _DELAY_MS)
         self._counted = context.session.later(self._on_counted, _COUNTING_MS)
         self._connect()
@@ -183,6 +188,7 @@ class AnnotationPanels:
         for dialog in self.window.findChildren(QDialog):
             if dialog.property(_OF_PROJECT):
                 dialog.close()
+        self._refit.stop()
         self.project = project if recording is not None else None
         self.recording, self.frame_count = recording, frame_count
         self._back_to = None
@@ -222,7 +228,8 @@ class AnnotationPanels:
             self._show_selection()
 
     def settled(self) -> bool:
-        waiting = self._soon.isActive() or self._counted.isActive()
+        timers = (self._soon, self._counted, self._refit)
+        waiting = any(timer.isActive() for timer in timers)
         return not waiting and self.next.idle and not self.reference.fitting
 
     def shutdown(self) -> None:
@@ -275,6 +282,8 @@ class AnnotationPanels:
         self.reference.follow(changed)
         self.next.follow(changed)
         if "click" in changed.tables:
+            if self._by_clicked:
+                self._refit.start()
             self.next_panel.awaited = False  # who goes on clicking stays where they are
         if "repeat_click" in changed.tables:
             self._tell_repeat()
@@ -333,19 +342,21 @@ class AnnotationPanels:
     # ---- fit, following, what is next
 
     def _on_fit_wanted(self) -> None:
-        """Fit, as suggestions need it; or say why there can be none."""
-        if self.reference.fitting:
-            self.say("Suggested clicks come when the fit that is running is done.")
-        elif self.reference.why_not() or self.project is None:
+        """Fit the clicked frames, as suggestions need it; or say why there can be none."""
+        if self.reference.why_not() or self.project is None:
             self.say(self.reference.why_not())
         elif not self.project.clicks.count():
             self.say("Suggested clicks need a fit. Click at least three landmarks first.")
         else:
-            self.say("Fitting the body to all clicks to find where one helps most …")
-            self.reference.fit()
+            self.reference.fit_clicked(self._suggest_by)
+
+    def _suggest_by(self, fit: TrajectoryFit | None) -> None:
+        """Suggest clicks by a fit of the clicked frames, until the whole recording is fitted."""
+        self._by_clicked = fit is not None
+        self.next.set_fit(fit)
 
     def _on_reference(self) -> None:
-        now = self.reference.now
+        now, self._by_clicked = self.reference.now, False
         self._dress_lanes()
         self._show_lanes()
         self.next.set_fit(now.fit if now is not None else None)
@@ -389,6 +400,10 @@ class AnnotationPanels:
             self.next_panel.show_ranking((), None, colours)
         else:
             self.next_panel.show_ranking(ranking.suggestions, ranking.sign, colours, names)
+
+    def check(self) -> None:
+        if self.recording is not None:
+            self.next.check(self.recording, self.say)
 
     # ---- blind repeats
 

@@ -162,7 +162,7 @@ class SubjectDialog(FormDialog):
         def work(_task: object) -> _Measured | InputError:
             names = project.landmark_set().names
             try:
-                found = lengths_of_clicks(project.clicks.all(), cameras, names, project.path.name)
+                found = lengths_of_clicks(project.clicks.used(), cameras, names, project.path.name)
             except InputError as error:
                 return error
             return _Measured(subject_of("", found), found)

@@ -46,6 +46,12 @@ class CalibrationController:
         self.job = NewestJob(context.tasks)
         self.changes.watch(RECORDING, self._on_recording)
         context.tasks.watch(self.reading.settled)
+        context.session.losses.append(self._lost_words)
+
+    def _lost_words(self) -> str:
+        state = self.state
+        made = state.lenses is not None or state.world is not None
+        return "a calibration that is not saved" if made and not state.saved else ""
 
     # ---- what is chosen
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,6 +13,7 @@ from PySide6.QtWidgets import QWidget
 from stereotrack_core.doctor.correcting import Corrected, correct_elsewhere, intended
 from stereotrack_core.doctor.diagnose import diagnose_elsewhere
 from stereotrack_core.errors import Finding
+from stereotrack_core.project.marks import use_camera
 from stereotrack_core.worker_processes import ProcessTask, TaskProcess
 
 from ...context import Context
@@ -28,6 +30,7 @@ from .state import why_not_into
 if TYPE_CHECKING:
     from .page import CalibrationPage
 
+_GUESSED = "Landmarks can be clicked. 3-D positions, fitting and tracking need a calibration."
 _SURE = (
     "It is tested first. The file is only changed if the problem is gone then, and the one before "
     "is kept beside it."
@@ -167,6 +170,7 @@ class CalibrateController:
         context.session.changes.watch(known, self._show_findings)
         context.session.changes.watch(Part.DOUBTS, self._on_cameras)
         context.session.changes.watch(Part.WORKSPACE, self._on_workspace)
+        context.session.changes.watch(Part.READY, self._on_ready)
 
     @cached_property
     def page(self) -> CalibrationPage:
@@ -180,6 +184,16 @@ class CalibrateController:
     def _on_workspace(self) -> None:
         if self._context.view_state.workspace == "calibrate":
             self.page.show()
+
+    def _on_ready(self) -> None:
+        """Say that the cameras are guessed, with a button to calibrate them."""
+        recording, context = self._session.document.recording, self._context
+        if recording is not None and recording.guessed:
+            what = "the cameras of this recording are guessed from the size of the images"
+            do = partial(context.docks.show_named, "calibrate")
+            context.notifier.show(
+                Message("note", what, recording.name, _GUESSED, "Calibrate cameras", do)
+            )
 
     def _show_findings(self) -> None:
         known = self._session.document.findings
@@ -199,8 +213,15 @@ class CalibrateController:
                 notifier.take_back(self._told)
             self._told = None
             if found:
-                self._told = Message("warning", found[0].what, remedy=found[0].remedy)
+                told = Message("warning", found[0].what, remedy=found[0].remedy)
+                if len(doubtful) == 1:
+                    leave_out = partial(self._leave_out, doubtful[0])
+                    told = replace(told, button=f"Leave {found[0].where} out", do=leave_out)
+                self._told = told
                 notifier.show(self._told)
+
+    def _leave_out(self, camera: str) -> None:
+        self._session.project.apply(use_camera(camera, used=False))
 
 
 def register(context: Context) -> CalibrateController:

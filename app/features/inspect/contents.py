@@ -8,6 +8,7 @@ from stereotrack_core.arrays import BoolArray, FloatArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.skeleton import PARTS, limb_of_part
+from stereotrack_core.evaluation.failure_segments.reasons import reason_of
 from stereotrack_core.tracking.estimate import Correspondences
 from stereotrack_core.tracking.state import Belief
 from stereotrack_core.tracking.trace import (
@@ -39,7 +40,9 @@ _NEGATIVE = (
 _REASONS = ("Hidden", "Inside", "Excess", "Too far", "On the cone")
 _UNITS = {"m": ("mm", 1e3), "rad": ("°", float(np.degrees(1.0))), "px": ("px", 1.0)}
 
+_LIMITS = "The true arms stand on the followed body. The tracker itself never sees them."
 _COSTS = {
+    "keypoints": ("Keyp.", "Elbows and wrists that are not where keypoints show them"),
     "data": ("Data", "Measured points that neither torso nor arms explain"),
     "anatomy": ("Anat.", "Elbows bent too far, arms inside the torso, implausible arm positions"),
     "change": ("Change", "Change from the predicted arms"),
@@ -276,7 +279,12 @@ def _search(trace: StepTrace, step: Step) -> StepContent:
     search = trace.search
     if search is None:
         return _content(step, trace)
-    return _content(step, trace, _search_words(search), tables=(_arms_table(search),))
+    reason = reason_of(search)
+    words, parameters = _search_words(search), () if reason is None else reason.parameters
+    if reason is not None:
+        words = f"{words}\n{reason.words} {_LIMITS}"
+    table = _arms_table(search)
+    return _content(step, trace, words, tables=(table,), parameters=parameters)
 
 
 def _search_words(search: Search) -> str:
@@ -293,8 +301,10 @@ def _search_words(search: Search) -> str:
 def _arms_table(search: Search) -> Table:
     """Pairs of arm poses that were refined, with the terms of their cost."""
     pairs: list[tuple[str, Pair]] = [("followed", search.followed)]
+    if search.truth is not None:
+        pairs += [("reference", search.truth.given), ("reference, refined", search.truth.refined)]
     pairs += [(f"pair {i}", pair) for i, pair in enumerate(search.pairs, start=1)]
-    names = list(search.followed.terms)
+    names = [name for name in search.followed.terms if any(p.terms[name] for _, p in pairs)]
     known = [_COSTS.get(name, (name, "")) for name in names]
     headings = ("Arms", "Total", *(word for word, _ in known))
     tips = ("", "Sum of all terms", *(tip for _, tip in known))
@@ -307,6 +317,7 @@ def _arms_table(search: Search) -> Table:
         for name, pair in pairs
     )
     title = f"Cost of pairs of arms. A new pair must cost {search.gain:g} less."
+    title += "" if "keypoints" in names else " No keypoints take part."
     strong = tuple(i for i, (_, pair) in enumerate(pairs) if pair.chosen)
     return Table(title, headings, rows, strong=strong, tips=tips)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
@@ -69,11 +70,13 @@ class InspectController:
 
     def __init__(self, context: Context) -> None:
         self._context, self._state = context, context.session.inspection
-        self.panel = InsidePanel(self._state.go)
+        self.panel = InsidePanel(
+            self._state.go, partial(context.session.changes.tell, Part.PARAMETER_WANTED)
+        )
         context.docks.add("inside", "Inspect step", self.panel)
         self.bar = StateBar("Inspect step", "Close", "Stop inspecting and show the run again")
         self.bar.button.clicked.connect(self._state.leave)
-        context.docks.lay_over_views(self.bar)
+        context.docks.add_below_views(self.bar)
         self._drawn: object = None
         context.show(Part.INSPECTION, self._show)
 

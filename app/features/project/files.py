@@ -1,5 +1,6 @@
 """Opening and saving: recordings, projects and stored runs, their dialogs, and the demo; undo."""
 
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -209,7 +210,8 @@ class ReportController:
             return None
         truth, file = self._session.judging.truth, entry.path
         return Source(
-            name=entry.name, run=run, recording=recording,
+            name=entry.name, run=run,
+            recording=replace(recording, segments=self._session.segments()),
             reference=None if truth is None else truth.trajectory,
             reference_name="" if truth is None else truth.words,
             states=None if truth is None else truth.reference,
@@ -222,7 +224,7 @@ _WITH_FRAMES = ("click", "repeat_click", "frame_flag", "keyframe")
 """Tables of the project whose rows belong to frames."""
 _SEEN_IN = {
     **dict.fromkeys((*_WITH_FRAMES, "landmark_set"), ("annotate", "landmarks")),
-    **dict.fromkeys(("reference", "subject"), ("annotate", "body")),
+    **dict.fromkeys(("reference", "subject", "camera_use"), ("annotate", "body")),
     "parameter_set": ("tune", "parameters"),
     "run": ("track", "runs"),
     "description": ("calibrate", "findings"),

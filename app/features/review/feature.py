@@ -16,6 +16,7 @@ from stereotrack_core.counting import counted
 from stereotrack_core.evaluation.accuracy import arms_good_to
 from stereotrack_core.evaluation.failure_segments.drawing import Paper, evidence_picture
 from stereotrack_core.evaluation.failure_segments.find import FailureSearch
+from stereotrack_core.evaluation.failure_segments.reasons import reasons_words
 from stereotrack_core.evaluation.failure_segments.segment import (
     CAUSE_WORDS,
     FailureSegment,
@@ -29,7 +30,7 @@ from stereotrack_core.recording.reader import FrameReader
 from ...context import Context
 from ...services.actions import Command, Menu
 from ...services.docks import Workspace
-from ...session.changes import RECORDING, Part
+from ...session.changes import PROJECT, RECORDING, Part
 from ...session.document import Shared
 from ...session.jobs import LatestOnly
 from ...session.judgement import LOST_SHARE, MEASURED_LIMBS, Judgement, measure_of, with_quality
@@ -42,6 +43,8 @@ from ...widgets.style.colours import EXTRA_COLOURS, LIMB_COLOURS, LineStyle, lim
 from ...widgets.style.theme import current_theme
 from ...widgets.tables.failures_panel import FailuresPanel
 from ...widgets.timeline.lanes import Lane, Span
+from .remedies import RemedyController
+from .strip import FilmStrip, strip_command
 
 _FULL_DEG = 45.0  # angle that is shown in a lane's full colour; more than this is a lost limb
 _NO_CURVES = (
@@ -72,11 +75,15 @@ class ErrorCurves:
         timeline = context.docks.timeline
         timeline.visible_range_changed.connect(self.plot.set_visible_range)
         timeline.margins_changed.connect(self.plot.set_margins)
+        for panel in (self.plot, timeline):
+            panel.hovered.connect(self.plot.set_hover)
+            panel.hovered.connect(timeline.set_hover)
         self.plot.set_margins(*timeline.margins)
         watch, state = context.session.changes.watch, context.view_state
+        watch(Part.SELECTION, lambda: self.plot.set_selection(state.selection))
         watch(Part.THRESHOLD, lambda: self.plot.set_threshold(state.threshold))
         watch(Part.FRAME, lambda: self.plot.set_frame(context.session.document.frame))
-        context.show(Part.JUDGEMENT | RECORDING, self.show)
+        context.show(Part.JUDGEMENT | RECORDING | PROJECT | Part.SCENARIOS, self.show)
 
     def show(self, now: Snapshot) -> None:
         judgement, every, count = now.judgement, now.judgements, now.frame_count
@@ -94,7 +101,7 @@ class ErrorCurves:
             self._drawn = drawn, count
             self.plot.set_curves(curves_of(drawn, count))
         timeline, truth = self._context.docks.timeline, now.truth
-        segments = now.recording.segments if now.recording is not None else ()
+        segments = self._session.segments()
         if (judgement, count, segments, truth) != self._lanes_of:
             self._lanes_of = judgement, count, segments, truth
             reference = truth.trajectory if truth is not None else None
@@ -165,6 +172,19 @@ def curves_of(runs: Iterable[DrawnRun], count: int) -> tuple[Curve, ...]:
     return tuple(curves)
 
 
+def _beside(segments: Sequence[Segment]) -> list[list[Span]]:
+    """Spans of segments in as few lists as there are overlaps."""
+    rows: list[list[Span]] = []
+    for one in segments:
+        span = Span(one.first, one.end - 1, one.name)
+        free = (r for r in rows if all(s.last < span.first or s.first > span.last for s in r))
+        row = next(free, None)
+        if row is None:
+            rows.append(row := [])
+        row.append(span)
+    return rows
+
+
 def lanes_of(
     judgement: Judgement | None,
     count: int,
@@ -176,10 +196,7 @@ def lanes_of(
     The recording's segments, and where its reference is known unless that is everywhere; then a
     heat strip per limb, the share of the cloud that is not explained, and untracked stretches.
     """
-    lanes = []
-    if segments:
-        named = [Span(s.first, s.end - 1, s.name) for s in segments]
-        lanes.append(Lane("segments", "#9a86c8", "bars", named))
+    lanes = [Lane("segments", "#9a86c8", "bars", spans) for spans in _beside(segments)]
     if reference is not None:
         known = reference.frame[np.isfinite(reference.points).any(axis=(1, 2))]
         if len(known) and len(known) < count:
@@ -285,6 +302,7 @@ class FailureController:
             lambda place: state.choose(state.listed[place] if place >= 0 else None),
             lambda place: state.jump(state.listed[place]),
             state.filter,
+            partial(context.session.changes.tell, Part.PARAMETER_WANTED),
         )
         context.docks.add("failures", "Failures", self.panel)
         self._lanes: tuple[FailureSegment, ...] = ()
@@ -326,12 +344,18 @@ class FailureController:
         if not every:
             judged = found.search.reference is not None or has_signs(found.search.run)
             return "No failure was detected." if judged else _NOT_JUDGED
-        words = counted(len(every), "failure")
+        words, why = counted(len(every), "failure"), reasons_words(one.reason for one in every)
+        errors = [-1.0 if e.error_deg is None else e.error_deg for e in every]
+        threshold = found.search.rules.episode_error
+        if all(e.found == "signs" for e in every) and 0.0 <= min(errors) <= max(errors) < threshold:
+            stretches = "1 stretch" if len(every) == 1 else f"{len(every)} stretches"
+            words = f"{stretches} flagged; largest error "
+            words += f"{max(errors):.0f}°, below your threshold of {threshold:.0f}°"
         if len(listed) < len(every):
             words = f"{len(listed)} of {len(every)} failures"
         if self._state.explaining:
             words += "; images are being analysed for causes"
-        return f"{words}."
+        return f"{words}. Where they begin: {why}." if why else f"{words}."
 
     # ---- the picture of the chosen failure
 
@@ -370,21 +394,34 @@ class Review:
 
     plot: ErrorCurves
     failures: FailureController
+    strip: FilmStrip
+    remedies: RemedyController
 
 
 def register(context: Context) -> Review:
     """Offer the workspace Review, its panels and its commands."""
-    review = Review(ErrorCurves(context), FailureController(context))
-    session = context.session
+    session, plot, failures = context.session, ErrorCurves(context), FailureController(context)
+    strip = FilmStrip(context)
+    context.actions.add([*_commands(session, plot), strip_command(strip)])
+    review = Review(plot, failures, strip, RemedyController(context))
+    names = (
+        *("loop_failure", "inspect_failure", "find_reasons"),
+        *("find_remedy", "find_parts", "export_failures"),
+    )
+    offered = {name: context.actions.action(name) for name in names}
+    buttons = [offered[name] for name in ("find_remedy", "find_reasons")]
+    failures.panel.set_actions(list(offered.values()), buttons)
     space = Workspace(
         "review", "Review", "Find and understand the failures of a run.", "threshold",
-        side=(("scene",), ("failures", "comparison", "numbers", "runs")),
-        bottom=("plot", "timeline"), side_share=0.37, bottom_shares=(0.27, 0.16),
+        side=(
+            ("scene", "remedies"),
+            ("failures", "strip", "comparison", "numbers", "runs", "inside"),
+        ),
+        bottom=("plot", "timeline"), side_share=0.40, bottom_shares=(0.27, 0.16),
         side_heights=(1, 2), tall_side=True,
         why_not=lambda: session.no_run() and session.not_tracked(),
     )  # fmt: skip
     context.docks.add_workspace(space)
-    context.actions.add(_commands(session, review.plot))
     return review
 
 

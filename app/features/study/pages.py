@@ -21,9 +21,11 @@ from PySide6.QtWidgets import (
 
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
-from stereotrack_core.evaluation.measures import measure_named
+from stereotrack_core.evaluation.measures import measure_named, measured
+from stereotrack_core.recording.selection import frames_within
 from stereotrack_core.study import store
-from stereotrack_core.study.description import Study, StudyRecording, StudySettings
+from stereotrack_core.study.description import Study, StudyRecording, StudySettings, cell_of
+from stereotrack_core.study.importance import effects_of, effects_words
 from stereotrack_core.study.points import SPECIAL, parameter_rows
 from stereotrack_core.tracking.presets import PRESETS, preset
 from stereotrack_core.worker_processes import usable_cores
@@ -33,7 +35,16 @@ from ...session.tracking import Chosen
 from ...widgets.forms.form_dialog import line_edit, push_button
 from ...widgets.forms.numbers import WholeNumberField
 from ...widgets.plots.plots import StudyPlot
-from ...widgets.style.building import choice, hbox, label, scrolled, searchable, tool_button, vbox
+from ...widgets.style.building import (
+    choice,
+    hbox,
+    label,
+    scrolled,
+    searchable,
+    show_text,
+    tool_button,
+    vbox,
+)
 
 _EXAMPLES = {
     "views": "for example NS,NOSW",
@@ -210,6 +221,38 @@ def apply_to_panel(context: Context, values: Mapping[str, str]) -> None:
     context.notifier.say(f"Applied: {said}.", 6000)
 
 
+def present_value(context: Context, name: str) -> str:
+    """Value of a parameter, or the preset, in the parameter panel; empty for anything else."""
+    track = context.session.track
+    if name == "preset":
+        return track.preset
+    value = track.settings.values().get(name)
+    return "" if value is None else str(cell_of(value))
+
+
+def baseline_of(context: Context, measure: str) -> float:
+    """A measure of the active run over the frames of a study of the open recording alone."""
+    session, study = context.session, context.session.study.study
+    recording, entry, truth = (
+        session.document.recording,
+        session.finished_run,
+        session.judging.truth,
+    )
+    run = None if entry is None else entry.run()
+    if study is None or len(study.rows) != 1 or recording is None or run is None:
+        return math.nan
+    if study.place(study.rows[0].recording) != recording.folder.resolve():
+        return math.nan
+    try:
+        frames = frames_within(study.settings.frames, session.document.frame_count)
+    except InputError:
+        return math.nan
+    inside = run.within(frames)
+    reference = None if truth is None else truth.trajectory
+    whole = len(inside.frame) == len(frames)
+    return measured(inside, reference).get(measure, math.nan) if whole else math.nan
+
+
 def _about(name: str) -> str:
     return SPECIAL[name] if name in SPECIAL else parameter_rows()[name].help
 
@@ -232,19 +275,35 @@ _TOLD = (
     *("torso_position", "upper_arms", "forearms", "lost", "unexplained_fraction"),
     *("keypoint_error", "frames_per_second"),
 )
+_EFFECTS_TIP = (
+    "Share of the measure's variance that the values of each parameter explain, with the range of "
+    "the means. The rest is due to seeds and to parameters acting together."
+)
 _EMPTY = "No run is finished yet. Track the recordings to see their results here."
 
 
 class ResultsPanel(QWidget):
-    """Plots a table; a click on a point shows its values by name, which can be applied."""
+    """Plots a table; a click on a point shows its values by name, which can be applied.
 
-    def __init__(self, apply: Callable[[Mapping[str, str]], object]) -> None:
+    `present` tells the value of a parameter in the parameter panel, empty if unknown, `baseline` a
+    measure of the active run, NaN if unknown.
+    """
+
+    def __init__(
+        self,
+        apply: Callable[[Mapping[str, str]], object],
+        present: Callable[[str], str],
+        baseline: Callable[[str], float],
+    ) -> None:
         super().__init__()
+        self._present, self._baseline = present, baseline
         self.table: store.RunTable | None = None
         self.path: Path | None = None
         self._read_at = 0
         self._chosen: dict[str, str] = {}
         self.file_label, self.averaged_label = label(_EMPTY, "muted"), label("", "muted")
+        self.effects_label = label("", copied=True)
+        self.effects_label.setToolTip(_EFFECTS_TIP)
         self.plot = StudyPlot(self.choose)
         self.chosen_label = label("")
         self.take_button = push_button(
@@ -253,7 +312,8 @@ class ResultsPanel(QWidget):
         tip = "Select the point with the best mean over recordings and seeds"
         self.best_button = push_button("&Best point", self.choose_best, tip)
         chosen = hbox((self.chosen_label, 1), self.best_button, self.take_button)
-        parts = (self.file_label, self._choices(), (self.plot, 1), self.averaged_label, chosen)
+        words = (self.averaged_label, self.effects_label)
+        parts = (self.file_label, self._choices(), (self.plot, 1), *words, chosen)
         self.setLayout(vbox(*parts, margins=(6, 6, 6, 6)))
         self._allow()
 
@@ -287,10 +347,14 @@ class ResultsPanel(QWidget):
         table, across, second, up = self._wanted()
         if table is None or not across or not up:
             self.plot.clear()
+            show_text(self.effects_label, "")
             return
-        self.plot.show_curves(
-            store.axis_of(table, across), up, store.curves_of(table, across, up, second)
-        )
+        axis, curves = store.axis_of(table, across), store.curves_of(table, across, up, second)
+        self.plot.show_curves(axis, up, curves, self._present(across), self._baseline(up))
+        measure = measure_named(up)
+        unit = "" if measure is None else measure.unit
+        effects = effects_words(effects_of(table, up), unit)
+        show_text(self.effects_label, f"Importance: {effects}." if effects else "")
         over = [one.replace("_", " ") for one in table.varied if one not in (across, second)]
         words = "Each point is one run."
         if over:

@@ -30,7 +30,14 @@ from ...widgets.forms.form_dialog import (
 )
 from ...widgets.style.building import allow, hbox, label, scrolled, thin_progress, vbox
 from ...widgets.tables.table import LEFT, RIGHT, STRETCH, Cell, CellTable, Column
-from .pages import ResultsPanel, SettingsForm, apply_to_panel, study_of_open
+from .pages import (
+    ResultsPanel,
+    SettingsForm,
+    apply_to_panel,
+    baseline_of,
+    present_value,
+    study_of_open,
+)
 
 _FILTER = f"Study (*{SUFFIX})"
 _FACTOR_TIP = "A factor of the recordings, as the study file states it."
@@ -131,7 +138,12 @@ class StudyWindow(QDialog):
         super().__init__(context.docks.dialog_parent, Qt.WindowType.Window)
         self._context, self._state = context, context.session.study
         self.form = SettingsForm(self._take_panel)
-        self.results = ResultsPanel(partial(apply_to_panel, context))
+        self.results = ResultsPanel(
+            partial(apply_to_panel, context),
+            partial(present_value, context),
+            partial(baseline_of, context),
+        )
+        context.show(Part.SETTINGS | Part.JUDGEMENT, lambda _now: self._draw_results())
         self.study, self.rows = Study(Path()), tuple[RowStatus, ...]()
         self.count, self.words = label("", "muted"), label("")
         self.progress = thin_progress()
@@ -239,6 +251,10 @@ class StudyWindow(QDialog):
         runs = points * seeds * len(self.rows)
         parts = (counted(points, "point"), counted(len(self.rows), "recording"))
         say_in(self.count, f"{counted(runs, 'run')}: {', '.join(parts)}, {counted(seeds, 'seed')}.")
+
+    def _draw_results(self) -> None:
+        if self.results.isVisible():
+            self.results.draw()
 
     def _follow_table(self) -> None:
         self.results.follow(self.study.table)

@@ -6,9 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stereotrack_core.arrays import IntArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation import compare as comparing
+from stereotrack_core.evaluation.summary import within
+from stereotrack_core.recording.description import Segment
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 
 from ...session.judgement import Judgement, with_quality
@@ -73,6 +76,32 @@ def compared(shown: Sequence[RunEntry], truth: Judgement, selection: range | Non
     return ComparedRuns(words, comparing.how_it_is_made(found), names, _rows(found, truth))
 
 
+_OF_STRETCHES = ("upper_arms", "forearms", "lost", "unexplained")  # measures told of each of them
+
+
+def compared_stretches(
+    shown: Sequence[RunEntry], truth: Judgement, segments: Sequence[Segment]
+) -> ComparedRuns:
+    """The same for each named stretch, by a few measures."""
+    candidates, names = [_candidate(entry) for entry in shown], tuple(one.name for one in shown)
+    reference = truth.truth.trajectory if truth.truth is not None else None
+    rows: list[CellRow] = []
+    for name in dict.fromkeys(one.name for one in segments):
+        own = [one for one in segments if one.name == name]
+        if len(candidates) == 1:
+            frame = candidates[0].trajectory.frame
+            part = frame[within(own, frame)]
+            rows += _rows_of_one(candidates[0], reference, truth, part, f"{name}: ")
+            continue
+        ((_, found),) = comparing.compare_segments(candidates, reference, own)
+        if found is not None:
+            rows += _rows(found, truth, f"{name}: ")
+    words = f"Mean values over each named stretch{_against(truth)}."
+    if not rows:
+        words = "The named stretches have no frame that all runs share."
+    return ComparedRuns(words, "", names, tuple(rows))
+
+
 def _against(truth: Judgement) -> str:
     return f", against {truth.truth.words}" if truth.truth is not None else ""
 
@@ -89,29 +118,31 @@ def _rows_of_one(
     candidate: comparing.Candidate,
     reference: LandmarkTrajectory | None,
     truth: Judgement,
-    selection: range | None,
+    frames: range | IntArray | None,
+    stretch: str = "",
 ) -> tuple[CellRow, ...]:
-    series = comparing.measured(candidate, reference, selection)
-    chosen = candidate.trajectory.frame
-    if selection is not None:
-        chosen = chosen[(chosen >= selection.start) & (chosen < selection.stop)]
-    quality = truth.quality_over(chosen)
+    series = comparing.measured(candidate, reference, frames)
+    quality = truth.quality_over(comparing.shared_frames((candidate,), None, frames))
     return tuple(
-        (_name(one.measure, quality), Cell(_number(one.mean(one.weight > 0)))) for one in series
+        (_name(one.measure, quality, stretch), Cell(_number(one.mean(one.weight > 0))))
+        for one in series
+        if not stretch or one.measure.name in _OF_STRETCHES
     )
 
 
-def _rows(found: comparing.Comparison, truth: Judgement) -> tuple[CellRow, ...]:
+def _rows(found: comparing.Comparison, truth: Judgement, stretch: str = "") -> tuple[CellRow, ...]:
     """Two runs leave room for words; of more the intervals and verdicts are in the tips."""
     quality, two = truth.quality_over(found.frames), len(found.pairs) == 1
     rows: list[CellRow] = []
     for place, first in enumerate(found.pairs[0].measures):
-        row = [_name(first.measure, quality), Cell(_number(first.first_mean))]
+        if stretch and first.measure.name not in _OF_STRETCHES:
+            continue
+        row = [_name(first.measure, quality, stretch), Cell(_number(first.first_mean))]
         for pair in found.pairs:
             got = pair.measures[place]
             row += _compared(got, comparing.verdict(got, pair.first, pair.second), two=two)
         rows.append(row)
-    if not found.against_reference:
+    if not found.against_reference and not stretch:
         rows += _rows_apart(found.pairs, two=two)
     return tuple(rows)
 

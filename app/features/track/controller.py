@@ -24,20 +24,26 @@ from ...session.judgement import (
     UNCERTAIN_DEG,
     Against,
     Judgement,
+    arms_mean,
     doubts,
     measure_of,
     score_words,
     with_quality,
 )
+from ...session.messages import Message
 from ...session.runs import RunEntry
 from ...session.session import Session, Snapshot, unless
 from ...session.tracking import FIRST_POSES
 from ...widgets.style.colours import limb_words
 from ...widgets.tables.panels import ComparisonPanel, NumbersPanel, RunRow, RunsPanel
-from .comparison import compared, shown_beside_each_other
+from .comparison import compared, compared_stretches, shown_beside_each_other
 from .keeping import RunKeeper
 
 _AGAINST = "errors_against"
+_AS_IT_DID = (
+    "A failure that comes of earlier frames may be gone. To track the selection with that run's "
+    "covariance, seed and background as well, choose As that run did."
+)
 _DETECTOR_HELPS = "A pose detector tells front from back: Track, Install pose detector …"
 
 
@@ -66,8 +72,10 @@ class RunsController:
         context.show(Part.JUDGEMENT | RECORDING, self._show_runs)
         numbers = Part.JUDGEMENT | Part.FRAME | RECORDING
         context.show(numbers, lambda now: self.numbers.show_rows(number_rows(now)), "numbers")
-        chosen = Part.JUDGEMENT | Part.SELECTION | RECORDING
+        chosen = Part.JUDGEMENT | Part.SELECTION | RECORDING | Part.SCENARIOS
         context.show(chosen, self._show_comparison, "comparison")
+        tell = partial(context.session.changes.tell, Part.SCENARIOS)
+        self.comparison.by_stretch.toggled.connect(tell)
         context.session.changes.hear(Part.RUN_ENDED, self._on_finished)
         context.session.changes.watch(Part.PROJECT_OPENED, self._on_project)
         context.tasks.watch(self.keeper.settled)
@@ -87,7 +95,7 @@ class RunsController:
         score = score_words(judgement)
         known = judgement is not None and judgement.measure == "error"
         whose = "off by" if known else "with a filter uncertainty of"
-        arms = f", arms {whose} {score} (median)" if score else ""
+        arms = f", arms {whose} {score} (mean)" if score else ""
         frames = counted(len(entry.frames), "frame")
         self._context.notifier.say(f"{entry.name}: {frames} tracked{arms}.", 8000)
 
@@ -105,15 +113,28 @@ class RunsController:
         self._session.judging.judge_against(against)
         self._context.actions.refresh_soon()
 
+    def run_selection(self) -> None:
+        """Track the selection; offer the state of the run whose pose it begins with."""
+        session, stretch = self._session, self._session.view_state.selection
+        start = session.track.run_selection()
+        if start is None or stretch is None or session.not_tried():
+            return
+        do = partial(session.trials.run_as, start.run, stretch)
+        what, where = (
+            f"the initial pose is {start.words}",
+            session.track.name_of(session.track.settings),
+        )
+        self._context.notifier.show(Message("note", what, where, _AS_IT_DID, "As that run did", do))
+
     # ---- the list
 
     def row(self, now: Snapshot, entry: RunEntry) -> RunRow:
-        judgement, facts = now.judgements.get(entry), self.keeper.facts(entry)
+        facts = self.keeper.facts(entry)
         seconds = entry.wall_seconds or (facts.wall_seconds if facts is not None else None)
         return RunRow(
             name=entry.name, style=now.styles[entry], visible=entry.visible,
             active=entry is now.active, frames=_frames(now, entry, facts),
-            score=score_words(judgement, short=True), hint=self._hint(entry),
+            score=_score(now, entry), hint=self._hint(entry),
             time=in_words(seconds) if seconds else "",
             seed="" if facts is None or facts.seed is None else str(facts.seed),
             when=_when(facts.made) if facts is not None else "", made=_made(now, entry, facts),
@@ -151,11 +172,17 @@ class RunsController:
     def _show_comparison(self, now: Snapshot) -> None:
         shown = shown_beside_each_other(now)
         runs = tuple((ref(one), one.name, len(one.frames)) for one in shown)
-        key = runs, now.truth, now.selection
+        segments, by = self._session.segments(), self.comparison.by_stretch
+        by.setVisible(bool(segments) and now.judgement is not None)
+        segments = segments if by.isChecked() else ()
+        key = runs, now.truth, now.selection, segments
         if now.judgement is None:
             self.comparison.show_numbers("", (), ())
         elif key != self._compared:
-            found = compared(shown, now.judgement, now.selection)
+            if segments:
+                found = compared_stretches(shown, now.judgement, segments)
+            else:
+                found = compared(shown, now.judgement, now.selection)
             self.comparison.show_numbers(found.words, found.runs, found.rows, found.how)
         self._compared = key
 
@@ -165,6 +192,22 @@ _FIRST_POSES = {
     "tpose": "a T pose",
     "pose": "given",
 }
+
+
+def _score(now: Snapshot, entry: RunEntry) -> tuple[str, str]:
+    """Score of a run over the frames of the active one, with the difference, and a tip."""
+    found, other = now.judgements.get(entry), now.judgement
+    if found is None or other is None or found is other:
+        words = score_words(found).replace("reference uncertainty", "±")
+        return words, "Over all frames of the run." if words else ""
+    frames = np.intersect1d(found.frame, other.frame)
+    score, active = arms_mean(found, frames), arms_mean(other, frames)
+    if not np.isfinite(score - active) or found.measure != other.measure:
+        return "–", "Not compared: there is no frame in which both are known."
+    return f"{score:.1f}° ({score - active:+.1f})", (
+        f"Over {counted(len(frames), 'frame')} that the run and the active run share. In brackets "
+        "the difference from the active run; lower is better."
+    )
 
 
 def _frames(now: Snapshot, entry: RunEntry, facts: RunFacts | None) -> str:
@@ -321,7 +364,7 @@ def _commands(context: Context, runs: RunsController) -> list[Command]:
                 "pose of the active run if it has one here.", track.run_from_here, "Ctrl+F8",
                 "next", why_not=idle, section=True),
         command("run_selection", "Run on selection", "Track the selected frames as a new run.",
-                track.run_selection, "Ctrl+Shift+F8", "selection",
+                runs.run_selection, "Ctrl+Shift+F8", "selection",
                 why_not=lambda: idle() or unless(context.view_state.selection, "No frames are "
                 "selected. Select some in the timeline with Shift+drag.")),
         *first_poses,
@@ -336,6 +379,10 @@ def _commands(context: Context, runs: RunsController) -> list[Command]:
                 section=True),
         command("next_run", "Next run", "Make the next run the active one.",
                 shown.activate_next, "T", "compare", why_not=lambda: session.no_run()
+                or unless(len(shown.entries) > 1, "There is only one run.")),
+        command("last_run", "Blink runs", "Make the run active that was active before; again and "
+                "again, two runs blink.", shown.activate_last, "Shift+T", "compare",
+                why_not=lambda: session.no_run()
                 or unless(len(shown.entries) > 1, "There is only one run.")),
         command("keep_run", "Store run in project", "Store a run that was opened from a file in "
                 "the project. Runs tracked here are stored automatically.",

@@ -16,6 +16,7 @@ from stereotrack_core.project.entries import (
 )
 from stereotrack_core.project.schema import PARAMETER_SET
 from stereotrack_core.recording.selection import gives_depth
+from stereotrack_core.study.importance import effects, effects_words
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.presets import (
     PRESETS,
@@ -31,7 +32,7 @@ from ...context import Context
 from ...services.actions import Command, Menu
 from ...services.docks import Workspace
 from ...session.changes import PROJECT, Part
-from ...session.judgement import LOST_DEG, Judgement
+from ...session.judgement import LOST_DEG, Judgement, arms_mean
 from ...session.messages import Message
 from ...session.runs import RunEntry
 from ...session.session import Session, Snapshot, unless
@@ -44,10 +45,10 @@ from ...widgets.tables.table import Cell, CellRow
 _WITHOUT_DEPTH = (
     "No view of this recording provides depth. Parameters that act on points of a cloud are hidden."
 )
-_LIVE = "tune/live"
-
+_LIVE, _LOOPS = "tune/live", "tune/loops"
 
 _FILES = "Preset (*.toml)"
+_FEWEST_TRIALS = 3  # from which something is said about the importance of parameters
 
 
 class PresetWork:
@@ -166,6 +167,7 @@ class TuneController:
         context.docks.add("parameters", "Parameters", parameters)
         context.docks.add("trials", "Trials", self.panel)
         self.trials.live = bool(context.settings.value(_LIVE, True, type=bool))
+        self.trials.loops = bool(context.settings.value(_LOOPS, True, type=bool))
         self.presets = PresetWork(context, parameters)
         self._compared = "preset"
         self._drawn: object = None
@@ -178,6 +180,7 @@ class TuneController:
         context.session.changes.watch(known, self._show_settings)
         tried = Part.TRIALS | Part.RUNS | Part.RUN_FRAMES | Part.JUDGEMENT | Part.WORKSPACE
         context.show(tried | Part.SELECTION | Part.FRAME, self._show_trials, "trials")
+        context.session.changes.hear(Part.PARAMETER_WANTED, self._show_parameter)
         self._show_settings()
 
     # ---- showing
@@ -201,8 +204,10 @@ class TuneController:
             how = ", as selected in the timeline."
         frames = f"Frames {stretch.start} to {stretch.stop - 1}{how}" if len(stretch) else ""
         unlike = trials.unlike(now.front)
-        limits = f"Not due to parameters: {' '.join(unlike)}" if unlike else ""
-        panel.show_words(trials.words(), frames, limits)
+        limits = [f"Not due to parameters: {' '.join(unlike)}"] if unlike else []
+        if matters := effects_in_words(self._runs.active, trials.entries, now.judgements):
+            limits.append(f"Importance for the arms: {matters}.")
+        panel.show_words(trials.words(), frames, "\n".join(limits))
         running = trials.running
         done = (0, 0) if running is None else (len(running.frames), len(running.wanted))
         panel.show_progress(*done)
@@ -245,6 +250,10 @@ class TuneController:
         self.trials.toggle_live()
         self._context.settings.setValue(_LIVE, self.trials.live)
 
+    def toggle_loops(self) -> None:
+        self.trials.toggle_loops()
+        self._context.settings.setValue(_LOOPS, self.trials.loops)
+
     def with_selected(self, do: Callable[[RunEntry], None]) -> None:
         if self._runs.front is not None:
             do(self._runs.front)
@@ -256,6 +265,11 @@ class TuneController:
     def search_parameters(self) -> None:
         self._context.docks.bring_up("parameters")
         self.parameters.focus_search()
+
+    def _show_parameter(self, name: str) -> None:
+        self._context.docks.show_named("tune")
+        self.search_parameters()
+        self.parameters.search.setText(name)
 
 
 _UNKNOWN = "Not known here. Without depth there is no cloud to be explained."
@@ -292,6 +306,25 @@ def trial_table(
     return headings, rows if trials else []
 
 
+def effects_in_words(
+    run: RunEntry | None, trials: Sequence[RunEntry], judgements: Mapping[RunEntry, Judgement]
+) -> str:
+    """How much each parameter matters for the arms, over differences of trials from the run."""
+    base = judgements.get(run) if run is not None else None
+    own = run.made_with() if run is not None else None
+    tried = [(e.settings, j) for e in trials if e.settings and (j := judgements.get(e))]
+    if own is None or base is None or len(tried) < _FEWEST_TRIALS:
+        return ""
+    every = [own.values(), *(settings.values() for settings, _ in tried)]
+    changes = [0.0]
+    for _, judgement in tried:
+        both = np.intersect1d(judgement.frame, base.frame)
+        changes.append(arms_mean(judgement, both) - arms_mean(base, both))
+    names = (name for name, value in own.values().items() if any(v[name] != value for v in every))
+    factors = {name: [str(values[name]) for values in every] for name in names}
+    return effects_words(effects(factors, np.array(changes)), "°")
+
+
 def _two_lines(entry: RunEntry, *, is_run: bool) -> str:
     """Changed parameters or name of the run, and the frames below."""
     if is_run:
@@ -312,11 +345,10 @@ def _values(judgement: Judgement | None, frames: IntArray, truth: bool) -> tuple
     if judgement is None or not len(frames):
         return (float("nan"),) * len(_ERROR if truth else _SIGMA)
     inside = np.isin(judgement.frame, frames)
-    arms = np.array([v[inside] for limb, v in judgement.limbs.items() if "arm" in limb])
-    known = arms[np.isfinite(arms)]
-    lost = 100.0 * _mean((known > LOST_DEG).astype(np.float64))
+    arms = judgement.arms[:, inside]
+    lost = 100.0 * _mean(np.where(np.isfinite(arms), arms > LOST_DEG, np.nan))
     return (
-        _mean(known),
+        arms_mean(judgement, frames),
         _mean(judgement.limbs["torso"][inside]),
         *([lost] if truth else []),
         100.0 * _mean(judgement.unexplained_fraction[inside]),
@@ -338,9 +370,9 @@ def register(context: Context) -> TuneController:
     tuning = TuneController(context)
     space = Workspace(
         "tune", "Tune", "Change settings, run trials on a stretch of frames, and compare them.",
-        "settings", side=(("scene",), ("parameters",), ("trials", "comparison", "runs", "inside")),
+        "settings", side=(("parameters",), ("trials", "comparison", "runs", "inside", "scene")),
         bottom=("plot", "timeline"), side_share=0.40, bottom_shares=(0.20, 0.16),
-        side_heights=(2, 4, 3), tall_side=True, why_not=context.session.not_tracked,
+        side_heights=(5, 4), tall_side=True, why_not=context.session.not_tracked,
     )  # fmt: skip
     context.docks.add_workspace(space)
     context.actions.add(_commands(context.session, tuning))
@@ -371,6 +403,9 @@ def _commands(session: Session, tuning: TuneController) -> list[Command]:
         command("trial_live", "Run trials automatically", "In the Tune workspace, track the "
                 "selected frames again shortly after each parameter change.", tuning.toggle_live,
                 why_not=lambda: "", checked=lambda: trials.live),
+        command("trial_loops", "Loop worst frame of trial", "After each trial, play the frames "
+                "around the one with the largest error of an arm in a loop.", tuning.toggle_loops,
+                why_not=lambda: "", checked=lambda: trials.loops),
         command("trial_use", "Use trial settings", "Use the settings of the selected trial from "
                 "now on.", partial(chosen, tuning.use_settings_of), "Ctrl+F9", "settings",
                 section=True),

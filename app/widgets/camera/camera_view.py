@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from math import hypot
 
-from PySide6.QtCore import QEvent, QPointF, QRectF, Qt, Signal
+from PySide6.QtCore import QEvent, QLineF, QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import (
     QColor,
     QEnterEvent,
@@ -22,12 +22,13 @@ from PySide6.QtWidgets import QWidget
 from ..redraw import RedrawQueue
 from ..style.theme import current_theme
 from .click_marks import ClickAct, ClickMarks, Offer
-from .click_painting import paint_marks, paint_notes
+from .click_painting import paint_crosshair, paint_marks, paint_notes
 from .cursor import ClickHand, CursorLabel, loupe, loupe_size
 from .overlays import paint_overlay
 from .picture import Picture, PictureView, alike
 
 _CLICK_PIXELS = 4
+_SNAPS = 6.0  # widget pixels from which the crosshair moves onto an epipolar curve
 _COMPUTED = (
     "Clicks are placed in camera images, and this image is computed. Show the reference image "
     "(Shift+F2) or the left image (F2)."
@@ -75,6 +76,8 @@ class CameraView(PictureView):
         self._dragged = False
         self._marks: ClickMarks | None = None
         self._hand = ClickHand(self)
+        self.crosshair: QPointF | None = None
+        """Raw pixel at which a key places a landmark; None: no crosshair is shown."""
         self.label = CursorLabel(self)
         self.painted_frame = -1
         self.setMouseTracking(True)
@@ -104,6 +107,26 @@ class CameraView(PictureView):
             self._keep_person()  # never while clicks are placed in the frame that is shown
         self._show_cursor()
         self.update_soon()
+
+    def set_crosshair(self, pixel: QPointF | None) -> None:
+        if pixel != self.crosshair:
+            self.crosshair = pixel
+            self.update()
+
+    def move_crosshair(self, x: float, y: float) -> None:
+        """Move the crosshair by so many widget pixels, and onto an epipolar curve that is near.
+
+        A step of one pixel stays where it leads.
+        """
+        if self.crosshair is None:
+            return
+        scale, (across, down) = self._scale(), self.raw_direction(x, y)
+        pixel = self.crosshair + QPointF(across, down) / scale
+        near = self.marks.on_curve(pixel) if self.marks is not None and hypot(x, y) > 1.0 else None
+        if near is not None and QLineF(near, pixel).length() * scale <= _SNAPS:
+            pixel = near
+        if self.inside(pixel):
+            self.set_crosshair(pixel)
 
     def person_box(self) -> QRectF | None:
         """Where run, reference, clicks or the model fitted to them show a person."""
@@ -164,6 +187,8 @@ class CameraView(PictureView):
             marks = marks.with_moved(landmark, pixel.x(), pixel.y())
         if marks is not None:
             paint_marks(painter, marks, transform, shown, QRectF(self.rect()))
+        if marks is not None and self.crosshair is not None:
+            paint_crosshair(painter, transform.map(self.crosshair), marks.offer.colour)
 
     def wheelEvent(self, event: QWheelEvent) -> None:
         if event.angleDelta().y():

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from math import nan
 from typing import Literal
 
+import numpy as np
 from PySide6.QtCore import QPointF, QRectF
 from PySide6.QtGui import QPainterPath, QPolygonF
 
@@ -32,7 +33,7 @@ class ClickMark:
     at_hand: bool = False
     held: bool = False
     """`chosen`, `at_hand` and `held`: whether clicking places this landmark; keys act on this
-    click; arrow keys move it."""
+    click; Alt+arrows move it."""
 
 
 @dataclass(frozen=True)
@@ -116,6 +117,24 @@ class ClickMarks:
 
     def key(self, landmark: str) -> ClickKey:
         return ClickKey(self.frame, self.camera, landmark)
+
+    def on_curve(self, pixel: QPointF) -> QPointF | None:
+        """The point of the epipolar curves that is nearest to a raw pixel; None without curves."""
+        found: list[tuple[float, FloatArray]] = []
+        place = np.array(pixel.toTuple())
+        for curve in self.curves:
+            start, way = curve.points[:-1], np.diff(curve.points, axis=0)
+            length = np.maximum(np.square(way).sum(axis=1), 1e-12)
+            share = np.clip(((place - start) * way).sum(axis=1) / length, 0.0, 1.0)
+            nearest = start + share[:, None] * way
+            away = np.linalg.norm(nearest - place, axis=1)
+            if np.isfinite(away).any():
+                best = int(np.nanargmin(away))
+                found.append((float(away[best]), nearest[best]))
+        if not found:
+            return None
+        x, y = min(found, key=lambda one: one[0])[1].tolist()
+        return QPointF(x, y)
 
     def person_box(self) -> QRectF | None:
         """Box around the clicks and the model that is fitted to them, in pixels."""

@@ -124,7 +124,7 @@ def _paint_dot(painter: QPainter, mark: ClickMark, place: QPointF) -> None:
 
 
 def _paint_ring(painter: QPainter, mark: ClickMark, place: QPointF) -> None:
-    """A ring: keys act on it; four arrows: arrow keys move it; yellow: perhaps an outlier."""
+    """A ring: keys act on it; four arrows: Alt+arrows move it; yellow: perhaps an outlier."""
     if mark.outlier:
         dotted = QPen(_WARNING, 2.4, Qt.PenStyle.DotLine)
         stroke(painter, _circle(place, RING + 3.0), QPen(_DARK, 4.4), dotted)
@@ -137,6 +137,15 @@ def _paint_ring(painter: QPainter, mark: ClickMark, place: QPointF) -> None:
             arrows.addPolygon(QPolygonF([base + way * 6.0, base + aside, base - aside]))
             arrows.closeSubpath()
         stroke(painter, arrows, QPen(_DARK, 1.0), fill=_WHITE)
+
+
+def paint_crosshair(painter: QPainter, place: QPointF, colour: str) -> None:
+    """Four lines towards the place at which a key places a landmark; the place stays free."""
+    lines = QPainterPath()
+    for way in (QPointF(1, 0), QPointF(0, 1), QPointF(-1, 0), QPointF(0, -1)):
+        lines.moveTo(place + way * RING)
+        lines.lineTo(place + way * 4.0 * RING)
+    stroke(painter, lines, QPen(_DARK, 4.2), QPen(_WHITE, 2.8), QPen(QColor(colour), 1.6))
 
 
 def _circle(place: QPointF, radius: float) -> QPainterPath:
@@ -168,10 +177,10 @@ def paint_notes(
     if marks is not None and "predictions" in shown:
         uncertain = sum(mark.proposed and not mark.certain for mark in marks.predictions)
         if uncertain:
-            said.append(f"{uncertain} too uncertain to accept")
+            said.append(f"{uncertain} doubtful")
         if marks.proposed_outside:
             names = ", ".join(map(short_label, marks.proposed_outside))
-            said.append(f"proposed as outside: {names}")
+            said.append(f"predicted as outside: {names}")
     if marks is not None and marks.model and marks.model_is_old and "fit" in shown:
         old.append("model")
     if reference_is_old and "reference" in shown:
@@ -191,14 +200,19 @@ def paint_notes(
 
 
 class _Names:
-    """Writes beside points, where no other name stands; dark below so that it can be read."""
+    """Writes beside points, where no other name stands; dark below so that it can be read.
+
+    A name that would stand between its point and another one, or has no room beside it, stands
+    above or below with a line that leads to its point.
+    """
 
     def __init__(self, painter: QPainter, bounds: QRectF) -> None:
         self._painter, self.bounds = painter, bounds
         self._taken: list[QRectF] = []
+        self._dots: Sequence[QPointF] = ()
 
     def keep_free(self, dots: Sequence[QPointF]) -> None:
-        reach = QPointF(DOT, DOT)
+        reach, self._dots = QPointF(DOT, DOT), dots
         self._taken += [QRectF(dot - reach, dot + reach) for dot in dots]
 
     def write(self, text: str, place: QPointF, *, whole: bool) -> None:
@@ -207,22 +221,46 @@ class _Names:
         font = _small_font(painter, bold=whole)
         metrics = QFontMetricsF(font)
         size = (metrics.horizontalAdvance(text) + 6.0, metrics.height())
-        boxes = _around(place, *size)
-        inside = filter(self.bounds.contains, boxes)
-        free = [box for box in inside if not any(map(box.intersects, self._taken))]
+        beside, apart = _beside(place, *size), _apart(place, *size)
+        free = [box for box in (*beside, *apart) if self._has_room(box)]
+        free = [box for box in free if box in apart or self._is_own(box, place)]
         if not free and not whole:
             return  # two names over each other could not be read; the colour tells
-        box = free[0] if free else boxes[0]
+        box = free[0] if free else beside[0]
         self._taken.append(box)
+        if box in apart:
+            line = QPainterPath(place)
+            line.lineTo(box.center().x(), box.bottom() if box.y() < place.y() else box.top())
+            stroke(painter, line, QPen(_DARK, 3.0), QPen(_WHITE, 1.2))
         _write(painter, box, text, font, 150 if whole else 110)
 
+    def _has_room(self, box: QRectF) -> bool:
+        return self.bounds.contains(box) and not any(map(box.intersects, self._taken))
 
-def _around(place: QPointF, width: float, height: float) -> list[QRectF]:
-    """Boxes beside a point, the best first."""
-    gap = DOT + 5.0
-    right, left = place.x() + gap, place.x() - gap - width
-    rows = (place.y() - 0.5 * height, place.y() - height - 2.0, place.y() + 2.0)
-    return [QRectF(x, y, width, height) for y in rows for x in (right, left)]
+    def _is_own(self, box: QRectF, place: QPointF) -> bool:
+        """Whether every other dot is clearly farther from a name than its own."""
+        others = (dot for dot in self._dots if dot != place)
+        return all(_distance(box, dot) > 2.0 * _distance(box, place) for dot in others)
+
+
+def _distance(box: QRectF, place: QPointF) -> float:
+    x, y = place.x(), place.y()
+    away = max(box.left() - x, x - box.right(), 0.0), max(box.top() - y, y - box.bottom(), 0.0)
+    return hypot(*away)
+
+
+def _beside(place: QPointF, width: float, height: float) -> list[QRectF]:
+    """Boxes to the right and left of a point."""
+    gap, y = DOT + 5.0, place.y() - 0.5 * height
+    return [QRectF(x, y, width, height) for x in (place.x() + gap, place.x() - gap - width)]
+
+
+def _apart(place: QPointF, width: float, height: float) -> list[QRectF]:
+    """Boxes above and below a point, the nearest first."""
+    x, gap = place.x() - 0.5 * width, RING + 6.0
+    away = (gap, gap + height + 2.0)
+    rows = [y for one in away for y in (place.y() - one - height, place.y() + one)]
+    return [QRectF(x, y, width, height) for y in rows]
 
 
 def _small_font(painter: QPainter, *, bold: bool = False) -> QFont:

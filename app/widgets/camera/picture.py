@@ -101,6 +101,7 @@ class PictureView(QWidget):
         self._centre: QPointF | None = None
         self._by_hand = self._at_home = False
         self._home: QRectF | None = None
+        self._before: tuple[float, QPointF | None, bool, bool] | None = None
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.setMinimumSize(120, 80)
         self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
@@ -170,6 +171,20 @@ class PictureView(QWidget):
         x, y = np.clip([centre.x(), centre.y()], [-across, -down], [across, down])
         self._centre = QPointF(x, y) if self.zoom > 1.0 else None
         self.update()
+
+    def look_at(self, box: QRectF) -> None:
+        """Show a box of raw pixels, enlarged where there is room, until `look_back`."""
+        self._before = self.zoom, self._centre, self._by_hand, self._at_home
+        self._by_hand, self._at_home = True, False
+        place = self._to_widget().mapRect(box)
+        self.zoom_to(box, max(1.0, place.width() / self.width(), place.height() / self.height()))
+
+    def look_back(self) -> None:
+        """Show again what was shown before `look_at`."""
+        if self._before is not None:
+            self.zoom, self._centre, self._by_hand, self._at_home = self._before
+            self._before = None
+            self.update()
 
     def zoom_by(self, factor: float, at: QPointF | None = None) -> None:
         """Zoom by `factor`, keeping the picture's point under `at` (widget) where it is."""

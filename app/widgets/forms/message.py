@@ -1,7 +1,7 @@
-"""Messages, and the bars over the views that show them and say what state the views are in."""
+"""Messages, and the bars below the views that show them and say what state the views are in."""
 
-from PySide6.QtCore import QEvent, QObject, Qt, Signal
-from PySide6.QtWidgets import QPushButton, QSizePolicy, QWidget
+from PySide6.QtCore import QEvent, QMargins, QObject, Qt, QTimer, Signal
+from PySide6.QtWidgets import QApplication, QPushButton, QSizePolicy, QWidget
 
 from ...session.messages import Message
 from ..style.building import Raised, hbox, label, tool_button, vbox
@@ -10,8 +10,14 @@ from ..style.theme import icon_named, set_look
 _ICONS = {"error": "warning", "warning": "warning", "note": "info"}
 
 
-class BarsOver(QWidget):
-    """Lies over the lower end of a widget, with the bars that are shown there."""
+_PRESSED_MS = 100  # pause after which a mouse button may be released
+
+
+class BarsBelow(QWidget):
+    """Lies at the lower end of a widget, which leaves it room, with the bars that are shown there.
+
+    While a mouse button is pressed nothing moves: a click lands where the person has aimed.
+    """
 
     def __init__(self, under: QWidget) -> None:
         super().__init__(under)
@@ -31,9 +37,13 @@ class BarsOver(QWidget):
         return False
 
     def _place(self) -> None:
+        if QApplication.mouseButtons():
+            QTimer.singleShot(_PRESSED_MS, self, self._place)
+            return
         column, width = self.column, self._under.width()
         high = column.heightForWidth(width) if column.hasHeightForWidth() else -1
         height = high if high >= 0 else column.sizeHint().height()
+        self._under.setContentsMargins(QMargins(0, 0, 0, height))
         self.setGeometry(0, self._under.height() - height, width, height)
         self.raise_()
 

@@ -1,10 +1,11 @@
 """The tuning panel, generated from the declared parameters: a line for each."""
 
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 
-from PySide6.QtCore import Qt, Signal, Slot
+from PySide6.QtCore import Qt, QTimer, Signal, Slot
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QLabel, QPushButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QApplication, QLabel, QPushButton, QVBoxLayout, QWidget
 
 from stereotrack_core.parameters import ParameterGroup, ParameterRow, Value
 from stereotrack_core.tracking.presets import PRESETS
@@ -14,13 +15,14 @@ from .form_dialog import line_edit
 from .parameter_line import ParameterLine
 
 _FEW = 4  # parameters that a search finds, up to which all of their explanations are shown
+_PRESSED_MS = 100  # pause after which a mouse button may be released
 
 
 AGAINST: dict[str, str] = {"preset": "the preset", "run": "the active run", "thesis": "the thesis"}
 
 
 class ParameterPanel(QWidget):
-    """Every parameter by group, with search, presets and a way back for each.
+    """Changed parameters, then the others by group, with search, presets and a way back for each.
 
     Who hears that a person chooses in `preset_box` or `against_box` answers with
     :meth:`set_settings`.
@@ -39,6 +41,7 @@ class ParameterPanel(QWidget):
         self._acts: Callable[[str], bool] = lambda _name: True
         self._lines: dict[str, ParameterLine] = {}
         self._groups: dict[str, QWidget] = {}
+        self._pinned: list[ParameterLine] = []
         self._idle = label("", "muted")
         self._idle.hide()
         self._nothing = label("", "muted", align=Qt.AlignmentFlag.AlignHCenter)
@@ -69,7 +72,6 @@ class ParameterPanel(QWidget):
         self.settings, self._base, self._against = settings, base, against
         self.against_box.setCurrentIndex(self.against_box.findData(against))
         self.revert_all.setToolTip(f"Revert all parameters to the values of {AGAINST[against]}")
-        self.only_changed.setToolTip(f"Show only parameters that differ from {AGAINST[against]}")
         self._behind = True
         if self._seen:
             self._catch_up()
@@ -110,10 +112,6 @@ class ParameterPanel(QWidget):
         self.search = line_edit("Search parameters", placeholder=placeholder, tip=tip)
         self.search.setClearButtonEnabled(True)
         self.search.textChanged.connect(self._sift)
-        self.only_changed = tool_button("", "filter", "Changed")
-        self.only_changed.setAutoRaise(False)
-        self.only_changed.setCheckable(True)
-        self.only_changed.toggled.connect(self._sift)
         self.menu_button = tool_button("Save, load and delete your own presets", "save")
         self.menu_button.setAutoRaise(False)
         self.menu_button.setAccessibleName("Your own presets")
@@ -122,8 +120,7 @@ class ParameterPanel(QWidget):
         self.against_box = choice("Compare with", AGAINST.items(), tip)
         use = hbox(QLabel("Preset", self), (self.preset_box, 1), self.menu_button)
         compare = hbox(QLabel("Compare with", self), (self.against_box, 1), self.revert_all)
-        find = hbox((self.search, 1), self.only_changed)
-        return vbox(use, compare, find, margins=(0, 0, 6, 0), spacing=4)
+        return vbox(use, compare, self.search, margins=(0, 0, 6, 0), spacing=4)
 
     def _catch_up(self) -> None:
         """Show in the lines what was given while nobody saw them."""
@@ -138,49 +135,67 @@ class ParameterPanel(QWidget):
         for name, line in self._lines.items():
             line.show_values(values[name], bases[name], self._against)
         self._sift()
+        self._pin()
 
     def _fill(self) -> None:
-        self._lines, self._groups = {}, {}
-        inside, column = QWidget(), vbox(self._nothing, margins=(0, 0, 4, 8), spacing=0)
-        inside.setLayout(column)
+        self._lines, self._groups, self._pinned = {}, {}, []
+        self.changed_words = _heading("")
+        self._column = vbox(self._nothing, self.changed_words, margins=(0, 0, 4, 8), spacing=0)
+        inside = QWidget()
+        inside.setLayout(self._column)
         for row in self._rows:
             if row.group not in self._groups:
-                heading = label(row.group, "heading", wraps=False, margins=(0, 10, 0, 2))
-                self._groups[row.group] = heading
-                column.addWidget(heading)
+                self._groups[row.group] = _heading(row.group)
+                self._column.addWidget(self._groups[row.group])
             line = ParameterLine(row, self._on_value, inside)
             self._lines[row.name] = line
-            column.addWidget(line)
-        column.addStretch(1)
+            self._column.addWidget(line)
+        self._column.addStretch(1)
         self._scroll.setWidget(inside)
         self._sift()
 
-    def _sift(self) -> None:
-        words, only_changed = self.search.text(), self.only_changed.isChecked()
+    def _pin(self) -> None:
+        """Put the changed lines first, where they are in sight, and the others by group."""
         lines = self._lines.values()
         changed = [line for line in lines if line.is_changed]
-        found = [
-            line
-            for line in (changed if only_changed else lines)
-            if self._acts(line.row.name) and line.row.matches(words)
-        ]
+        if changed == self._pinned:
+            return
+        if QApplication.mouseButtons():  # what is pressed stays under the mouse
+            QTimer.singleShot(_PRESSED_MS, self, self._pin)
+            return
+        focused, self._pinned = self.focusWidget(), changed
+        order: list[QWidget] = [self.changed_words, *changed]
+        for group, heading in self._groups.items():
+            others = (one for one in lines if one.row.group == group and one not in changed)
+            order += [heading, *others]
+        for place, widget in enumerate(order, start=1):
+            if self._column.indexOf(widget) != place:
+                self._column.insertWidget(place, widget)
+        for before, after in pairwise(one for one in order if isinstance(one, ParameterLine)):
+            self.setTabOrder(before.editor, before.revert_button)
+            self.setTabOrder(before.revert_button, after.editor)
+        self._column.activate()
+        if focused is not None and self._scroll.isAncestorOf(focused):
+            self._scroll.ensureWidgetVisible(focused)
+
+    def _sift(self) -> None:
+        words, lines = self.search.text(), self._lines.values()
+        acting = [line for line in lines if self._acts(line.row.name)]
+        found = [line for line in acting if line.row.matches(words)]
         for line in lines:
             line.setVisible(line in found)
         for line in found if len(found) <= _FEW else ():
             line.unfold()
-        seen = {line.row.group for line in found}
+        seen = {line.row.group for line in found if not line.is_changed}
         for group, heading in self._groups.items():
             heading.setVisible(group in seen)
-        self.only_changed.setText(f"{sum(self._acts(line.row.name) for line in changed)} changed")
-        self.revert_all.setEnabled(bool(changed))
-        self._nothing.setVisible(not seen)
-        self._nothing.setText(
-            f"No parameter differs from {AGAINST[self._against]}."
-            if only_changed and not words
-            else f"No parameter matches “{words}”."
-            if self._lines
-            else "No settings are loaded."
-        )
+        changed = sum(line.is_changed for line in acting)
+        other = f"{changed} changed from {AGAINST[self._against]}" if changed else ""
+        show_text(self.changed_words, other)
+        self.revert_all.setEnabled(any(line.is_changed for line in lines))
+        self._nothing.setVisible(not found)
+        none = f"No parameter matches “{words}”."
+        self._nothing.setText(none if self._lines else "No settings are loaded.")
 
     def _on_value(self, name: str, value: Value) -> None:
         if self.settings is not None:
@@ -190,3 +205,7 @@ class ParameterPanel(QWidget):
         if self._base is not None and settings is not None:
             self.set_settings(settings, self._base, self._against)
             self.settings_changed.emit(settings)
+
+
+def _heading(words: str) -> QLabel:
+    return label(words, "heading", wraps=False, margins=(0, 10, 0, 2))

@@ -15,7 +15,15 @@ from PySide6.QtWidgets import (
 )
 
 from ...session.inspection import Step
-from ..style.building import ElidedLabel, action_button, hbox, label, vbox
+from ..style.building import (
+    ElidedLabel,
+    action_button,
+    hbox,
+    label,
+    parameter_links,
+    show_text,
+    vbox,
+)
 from ..style.colours import LIMB_COLOURS
 from ..style.theme import Dressed, current_theme
 from ..tables.table import LEFT, RIGHT, STRETCH, Cell, Column, PlainTable
@@ -41,6 +49,7 @@ class StepContent:
     words: str
     source: str  # where the thesis has it, or what it takes the place of
     tables: tuple[Table, ...] = ()
+    parameters: tuple[str, ...] = ()  # names of those that it points to
 
 
 _STEP = Qt.ItemDataRole.UserRole
@@ -53,10 +62,11 @@ _NOTHING = (
 class InsidePanel(Dressed):
     """Steps at the left; what belongs to the chosen one at the right.
 
-    `choose` is called with the index of a step that a person has chosen in the list.
+    `choose` is called with the index of a step that a person has chosen in the list, `show` with
+    the name of a parameter that was clicked.
     """
 
-    def __init__(self, choose: Callable[[int], object]) -> None:
+    def __init__(self, choose: Callable[[int], object], show: Callable[[str], object]) -> None:
         super().__init__()
         self._choose = choose
         self.steps = QListWidget(self)
@@ -66,6 +76,7 @@ class InsidePanel(Dressed):
         self.steps.currentItemChanged.connect(self._on_chosen)
         self.beginning = ElidedLabel(parent=self)
         self.page = StepPage()
+        self.page.parameters.linkActivated.connect(show)
         self._shown: tuple[Step, ...] = ()
         self._buttons, self._usual = hbox(spacing=2), ""
         centre = Qt.AlignmentFlag.AlignCenter
@@ -150,9 +161,14 @@ class StepPage(QScrollArea):
         self.setFrameShape(QScrollArea.Shape.NoFrame)
         roles = "heading", "", "muted"
         self.title, self.words, self.source = (label("", role, copied=True) for role in roles)
+        self.parameters = label()
+        self.parameters.setTextFormat(Qt.TextFormat.RichText)
+        self.parameters.setTextInteractionFlags(Qt.TextInteractionFlag.LinksAccessibleByMouse)
         self.tables: list[PlainTable] = []
         self._column = vbox(
-            self.title, self.words, self.source, None, margins=(6, 4, 4, 8), spacing=4
+            *(self.title, self.words, self.parameters, self.source, None),
+            margins=(6, 4, 4, 8),
+            spacing=4,
         )
         page = QWidget()
         page.setLayout(self._column)
@@ -164,6 +180,7 @@ class StepPage(QScrollArea):
         self.title.setText(content.title)
         self.words.setText(content.words)
         self.source.setText(content.source)
+        show_text(self.parameters, parameter_links(content.parameters))
         while len(self.tables) < len(content.tables):
             self.tables.append(PlainTable("Numbers of the step", most=1000, role="muted"))
             self._column.insertWidget(self._column.count() - 1, self.tables[-1])

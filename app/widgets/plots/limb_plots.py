@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pyqtgraph as pg
-from PySide6.QtCore import QEvent, QSize, Qt
+from PySide6.QtCore import QEvent, QPointF, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QKeyEvent, QResizeEvent
 
 from stereotrack_core.arrays import FloatArray, IntArray
@@ -14,7 +14,7 @@ from ..redraw import takes_key
 from ..style.building import hbox, label, show_text, vbox
 from ..style.colours import EXTRA_COLOURS, limb_words
 from ..style.theme import Dressed, current_theme
-from .plots import Curve, LimbLegend, dress_plot, label_axis, new_plot, pen_of
+from .plots import Curve, LimbLegend, dress_plot, label_axis, new_plot, pen_of, shade
 
 _HELP = (
     "Click to go to a frame, drag the threshold line, scroll to zoom, right-drag to scale. "
@@ -25,15 +25,18 @@ _NAME = "Plot of the {} over frames"
 _UNIT = "deg"
 _HALF_STROKE = 0.4
 _GRID = 70 / 255  # opacity
+_BEHIND = 0.12  # opacity of curves behind those that the legend points at
 
 
 class ErrorPlot(Dressed):
-    """Curves per limb with a legend, a threshold that can be dragged and a playhead.
+    """Curves per limb with a legend, a threshold that can be dragged, a playhead and a selection.
 
     `visit` is called with the frame that a person clicked at, `dragged` with the value that the
     line was dragged to, and `zoomed` with the borders of the visible frames, as in
     :meth:`set_visible_range`, when a person zoomed or moved.
     """
+
+    hovered = Signal(object)  # the frame under the mouse, or None; answered by :meth:`set_hover`
 
     def __init__(
         self,
@@ -42,6 +45,7 @@ class ErrorPlot(Dressed):
         zoomed: Callable[[float, float], object],
     ) -> None:
         super().__init__()
+        self._hovered_at: QPointF | None = None
         self._visit, self._dragged, self._zoomed = visit, dragged, zoomed
         self._frame = 0
         self._quiet = False
@@ -59,10 +63,17 @@ class ErrorPlot(Dressed):
         self._playhead = pg.InfiniteLine(0.0, angle=90)
         self._playhead.setZValue(30)
         self._plot.addItem(self._playhead, ignoreBounds=True)
+        self._selection = pg.LinearRegionItem(movable=False)
+        self._hover, self._value = pg.InfiniteLine(0.0, angle=90), pg.TextItem()
+        for place, item in enumerate((self._selection, self._hover, self._value)):
+            item.setZValue(-10 + 25 * place)
+            item.hide()
+            self._plot.addItem(item, ignoreBounds=True)
+        self._plot.scene().sigMouseMoved.connect(self._on_moved)
         self._box.sigXRangeChanged.connect(self._on_range_changed)
         self._box.sigResized.connect(self._thin)
         self._plot.scene().sigMouseClicked.connect(self._on_clicked)
-        self.legend = LimbLegend(self._on_toggled)
+        self.legend = LimbLegend(self._on_toggled, self._point_at)
         self._add_threshold()
         self._headings = _TITLE, ""
         self._heading = label(_TITLE, "heading", wraps=False)
@@ -111,6 +122,30 @@ class ErrorPlot(Dressed):
     def set_frame(self, frame: int) -> None:
         self._frame = frame
         self._playhead.setValue(frame)
+
+    def set_selection(self, frames: range | None) -> None:
+        self._selection.setVisible(bool(frames))
+        if frames:
+            self._selection.setRegion((frames.start - 0.5, frames.stop - 0.5))
+
+    def set_hover(self, frame: int | None) -> None:
+        """Mark the frame under the mouse, here or in another panel."""
+        self._hover.setVisible(frame is not None)
+        self._hover.setValue(frame or 0)
+        at = None if frame is None else self._hovered_at
+        named = None if at is None else nearest_curve(self.shown_curves, frame or 0, at.y())
+        self._value.setVisible(named is not None)
+        if at is not None and named is not None:
+            (first, last), (_, top) = self._box.viewRange()
+            self._value.setText(f"{frame}: {self._words(*named)}", current_theme().text)
+            self._value.setAnchor((float(at.x() > 0.5 * (first + last)), float(at.y() < 0.5 * top)))
+            self._value.setPos(at)
+
+    def _words(self, curve: Curve, value: float) -> str:
+        """``right forearm 23.4°, accurate``, with the run if there are several."""
+        unit = "" if curve.limb in EXTRA_COLOURS else "°"
+        several = len({one.name for one in self._curves}) > 1
+        return f"{limb_words(curve.limb)} {value:.1f}{unit}{f', {curve.name}' if several else ''}"
 
     def set_visible_range(self, first: float, last: float) -> None:
         """Zoom to the frames from `first` up to `last`, without telling of it.
@@ -231,12 +266,34 @@ class ErrorPlot(Dressed):
         dress_plot(self._plot)
         self._plot.showGrid(x=True, y=True, alpha=_GRID)
         self._playhead.setPen(pg.mkPen(theme.playhead, width=1.5))
+        self._hover.setPen(pg.mkPen(theme.muted, width=1.0))
+        self._value.fill = pg.mkBrush(theme.plot_background)
+        self._selection.setBrush(shade(theme.accent))
+        for line in self._selection.lines:
+            line.setPen(pg.mkPen(theme.accent, width=1.0))
         self.legend.write_runs()
         label_axis(self._plot, "left", _UNIT)
         self._threshold.setPen(pg.mkPen(theme.error, width=1.5, style=Qt.PenStyle.DotLine))
         self._threshold.setHoverPen(pg.mkPen(theme.error, width=3.0))
         self._threshold.label.setColor(QColor(theme.error))
         self._threshold.label.fill = pg.mkBrush(theme.plot_background)
+
+    def _point_at(self, name: str) -> None:
+        """Let other curves than those of a run or limb step back; an empty name: none."""
+        for curve, item in zip(self._curves, self._items, strict=True):
+            item.setOpacity(1.0 if name in ("", curve.name, curve.limb) else _BEHIND)
+
+    def _on_moved(self, position: QPointF) -> None:
+        first, last = self._extent()
+        at = self._box.mapSceneToView(position)
+        inside = bool(self._curves) and self._box.sceneBoundingRect().contains(position)
+        self._hovered_at = at if inside and first <= round(at.x()) < last else None
+        self.hovered.emit(None if self._hovered_at is None else round(at.x()))
+
+    def leaveEvent(self, event: QEvent) -> None:
+        self._hovered_at = None
+        self.hovered.emit(None)
+        super().leaveEvent(event)
 
     def _on_range_changed(self) -> None:
         self._thin()
@@ -281,6 +338,13 @@ def _shows_all(event: QKeyEvent) -> bool:
 def _look(curve: Curve) -> tuple[object, ...]:
     """Key of a curve's plot items: a curve with the same key is drawn by the same line."""
     return curve.name, curve.limb, curve.colour, curve.style, curve.emphasis
+
+
+def nearest_curve(curves: Sequence[Curve], frame: int, value: float) -> tuple[Curve, float] | None:
+    """The curve that is nearest to a value in a frame, and its value there; None without one."""
+    found = ((one, one.value[one.frame == frame]) for one in curves)
+    known = [(one, float(there[0])) for one, there in found if np.isfinite(there).any()]
+    return min(known, key=lambda pair: abs(pair[1] - value), default=None)
 
 
 def thinned(

@@ -8,7 +8,7 @@ from typing import Any, Literal, TypeAlias
 
 import numpy as np
 import pyqtgraph as pg
-from PySide6.QtCore import QSize, Qt
+from PySide6.QtCore import QEvent, QObject, QSize, Qt
 from PySide6.QtGui import QColor, QIcon, QPainter, QPen, QResizeEvent
 from PySide6.QtWidgets import QApplication, QLabel, QSizePolicy, QToolButton, QWidget
 
@@ -99,12 +99,13 @@ class Curve:
 class LimbLegend(QWidget):
     """A switch for each limb; Ctrl and click leaves that limb alone, or shows all again.
 
-    `toggled` is called when other limbs are to be shown.
+    `toggled` is called when other limbs are to be shown, `point_at` with the name of the limb or
+    run under the mouse, empty for none.
     """
 
-    def __init__(self, toggled: Callable[[], object]) -> None:
+    def __init__(self, toggled: Callable[[], object], point_at: Callable[[str], object]) -> None:
         super().__init__()
-        self._toggled = toggled
+        self._toggled, self._point_at = toggled, point_at
         self.buttons: dict[str, QToolButton] = {}
         self._runs: tuple[tuple[str, LineStyle, Emphasis], ...] = ()
         self._labels: list[tuple[QLabel, QLabel]] = []
@@ -131,6 +132,16 @@ class LimbLegend(QWidget):
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
         self._arrange()
+
+    def eventFilter(self, part: QObject, event: QEvent) -> bool:
+        if event.type() in (QEvent.Type.Enter, QEvent.Type.Leave):
+            self._point_at(part.objectName() if event.type() == QEvent.Type.Enter else "")
+        return False
+
+    def _name(self, part: QWidget, name: str) -> None:
+        """Say which curves a part of the legend points at while the mouse is over it."""
+        part.setObjectName(name)
+        part.installEventFilter(self)
 
     @property
     def wanted_width(self) -> int:
@@ -167,6 +178,7 @@ class LimbLegend(QWidget):
     def _add_button(self, limb: str, colour: str) -> None:
         button = QToolButton(self)
         button.setAccessibleName(limb_words(limb))
+        self._name(button, limb)
         button.setIcon(_swatch(colour))
         button.setIconSize(_SWATCH)
         button.setCheckable(True)
@@ -198,6 +210,7 @@ class LimbLegend(QWidget):
             words.setProperty("role", "muted")
             for part in (line, words):
                 part.setToolTip(name)
+                self._name(part, name)
             self._labels.append((line, words))
         self._arrange()
 
@@ -239,6 +252,7 @@ class StudyPlot(Dressed):
         super().__init__()
         self._choose = choose
         self._shown: tuple[PlotAxis, str, tuple[StudyCurve, ...]] | None = None
+        self._lines = "", float("nan")
         self._plot = new_plot()
         self._legend = self._plot.addLegend(offset=(-10, 10))
         self._marks: list[pg.ScatterPlotItem] = []
@@ -252,8 +266,17 @@ class StudyPlot(Dressed):
     def sizeHint(self) -> QSize:
         return QSize(720, 440)
 
-    def show_curves(self, axis: PlotAxis, measure: str, curves: Sequence[StudyCurve]) -> None:
+    def show_curves(
+        self,
+        axis: PlotAxis,
+        measure: str,
+        curves: Sequence[StudyCurve],
+        present: str = "",
+        baseline: float = float("nan"),
+    ) -> None:
+        """Show curves, with lines at the `present` value of the axis and at the active run's."""
         self._shown = axis, measure, tuple(curves)
+        self._lines = present, baseline
         self._dress()
 
     def clear(self) -> None:
@@ -275,12 +298,25 @@ class StudyPlot(Dressed):
         asides = _asides(axis, len(curves))
         for curve, colour, aside in zip(curves, _shades(len(curves)), asides, strict=True):
             self._draw_curve(axis, curve, colour, aside)
+        present, baseline = self._lines
+        self._draw_line(place_on(axis, present), 90, f"now {_short(present)}")
+        self._draw_line(baseline, 0, f"active run {baseline:.1f}")
         self._legend.setVisible(len(curves) > 1)
         self._legend.setLabelTextColor(current_theme().text)
         ticks = _ticks(axis)
         self._plot.getAxis("bottom").setLogMode(axis.log and ticks is None, False)
         self._plot.getAxis("bottom").setTicks(ticks)
         self._plot.autoRange(padding=0.06)
+
+    def _draw_line(self, place: float | None, angle: int, words: str) -> None:
+        """A dashed line across the plot at a place, unless that is unknown."""
+        if place is not None and np.isfinite(place):
+            colour = current_theme().text
+            style = {"color": colour, "position": 0.94 if angle else 0.06, "movable": False}
+            pen = pg.mkPen(colour, width=1.2, style=Qt.PenStyle.DashLine)
+            line = pg.InfiniteLine(place, angle=angle, pen=pen, label=words, labelOpts=style)
+            line.label.fill = pg.mkBrush(current_theme().plot_background)
+            self._plot.addItem(line)
 
     def _draw_curve(self, axis: PlotAxis, curve: StudyCurve, colour: QColor, aside: float) -> None:
         at = np.array([_place(axis, place) + aside for place in curve.at])
@@ -317,6 +353,17 @@ class StudyPlot(Dressed):
 
 def _place(axis: PlotAxis, value: float) -> float:
     return float(np.log10(value)) if axis.log else float(value)
+
+
+def place_on(axis: PlotAxis, value: str) -> float | None:
+    """Where a value that need not be one of the axis's stands; None if nowhere."""
+    if axis.words:
+        return axis.places.get(value)
+    try:
+        number = float(value)
+    except ValueError:
+        return None
+    return _place(axis, number) if number > 0.0 or not axis.log else None
 
 
 def _asides(axis: PlotAxis, count: int) -> list[float]:

@@ -1,6 +1,6 @@
 """Layouts and small widgets that panels are built from, in one expression each."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import TypeAlias, TypeVar
 
 from PySide6.QtCore import Qt
@@ -133,6 +133,12 @@ def show_text(shown: QLabel, text: str) -> None:
     """Write in a label; it is hidden while there is nothing to say."""
     shown.setText(text)
     shown.setVisible(bool(text))
+
+
+def parameter_links(names: Sequence[str]) -> str:
+    """Links to parameters that something points to, as rich text; empty without any."""
+    links = (f"<a href='{name}'>{name.replace('_', ' ')}</a>" for name in names)
+    return f"Parameters: {', '.join(links)}" if names else ""
 
 
 def label_of(field: QWidget, text: str) -> QLabel:

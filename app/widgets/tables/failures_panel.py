@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from html import escape
 
 from PySide6.QtCore import QSignalBlocker, Qt, QUrl
-from PySide6.QtGui import QImage, QResizeEvent, QTextDocument
+from PySide6.QtGui import QAction, QImage, QResizeEvent, QTextDocument
 from PySide6.QtWidgets import QSplitter, QTextBrowser, QWidget
 
 from stereotrack_core.arrays import ImageArray
@@ -12,13 +12,12 @@ from stereotrack_core.evaluation.failure_segments.segment import (
     CAUSE_WORDS,
     FOUND_WORDS,
     FailureSegment,
-    Verdict,
     limbs_words,
 )
 
 from ..camera.picture import image_of
 from ..forms.form_dialog import line_edit
-from ..style.building import hbox, label, show_text, vbox
+from ..style.building import action_button, hbox, label, parameter_links, show_text, vbox
 from ..style.colours import LIMB_COLOURS
 from .table import RIGHT, STRETCH, Cell, CellTable, Column
 
@@ -32,10 +31,15 @@ _PICTURE = "picture"
 
 
 class EvidenceView(QTextBrowser):
-    """A heading, a line for each piece of evidence, and a picture as wide as there is room."""
+    """A heading, a line for each piece of evidence, and a picture as wide as there is room.
 
-    def __init__(self) -> None:
+    `show` is called with the name of a parameter whose link was clicked.
+    """
+
+    def __init__(self, show: Callable[[str], object]) -> None:
         super().__init__()
+        self.setOpenLinks(False)
+        self.anchorClicked.connect(lambda url: show(url.toString()))
         self.setAccessibleName("Evidence")
         self.setFrameShape(QTextBrowser.Shape.NoFrame)
         # the room for the picture must not depend on whether there is a bar
@@ -46,10 +50,14 @@ class EvidenceView(QTextBrowser):
         """Before, worst and after."""
         self.show_words("", None)
 
-    def show_words(self, heading: str, verdict: Verdict | None) -> None:
-        """Show what is known of a failure and of its causes; without a verdict none is chosen."""
+    def show_words(self, heading: str, failure: FailureSegment | None) -> None:
+        """Show what is known of a failure and of its causes, or how to choose one."""
         lines = [escape(heading or _NONE)]
-        if verdict is not None:
+        if failure is not None:
+            verdict, reason = failure.verdict, failure.reason
+            if reason is not None:
+                lines.append(f"<b>{escape(reason.words)}</b>")
+            lines.append(parameter_links(failure.parameters))
             lines.append(_STRENGTH if verdict.evidence else "No evidence for a cause.")
             for one in verdict.evidence:
                 full = round(_BAR * min(max(one.strength, 0.0), 1.0))
@@ -82,20 +90,15 @@ class EvidenceView(QTextBrowser):
         self.setHtml(html)
 
 
-_CHANCE_TIP = "Largest failure probability of a limb; found without the reference."
-_PEAKS = {
-    "error": Column(
-        "Error °", "Largest error of a limb; found with the reference.", RIGHT, width=54
-    ),
-    "chance": Column("Prob. %", _CHANCE_TIP, RIGHT, width=54),
-}
-"""Columns of the peak, by its measure: none mixes units."""
 _COLUMNS = (
     Column("Frames", "First and last frame", width=78),
     Column("Limbs", "Limbs that fail", width=STRETCH),
-    *_PEAKS.values(),
+    Column(
+        "Error °", "Largest error of one of the limbs, where a reference is known", RIGHT, width=54
+    ),
+    Column("Prob. %", "Largest failure probability of one of the limbs", RIGHT, width=54),
     Column("Probable cause", "The cause that most of the evidence speaks for"),
-    Column("Conf. %", "Confidence in the cause: its share of all evidence", RIGHT, width=54),
+    Column("Why", "What the arm search did where it begins. Choose Find out why."),
 )
 
 
@@ -103,7 +106,8 @@ class FailuresPanel(QWidget):
     """A filter above, the rows below, then words and pictures of the one that is chosen.
 
     `chosen` is called with the place of a row in what was handed on, -1 for none; `activated` when
-    a row is double-clicked, or Enter pressed on it; `filtered` with words that rows shall have.
+    a row is double-clicked, or Enter pressed on it; `filtered` with words that rows shall have;
+    `show` with the name of a parameter.
     """
 
     def __init__(
@@ -111,6 +115,7 @@ class FailuresPanel(QWidget):
         chosen: Callable[[int], object],
         activated: Callable[[int], object],
         filtered: Callable[[str], object],
+        show: Callable[[str], object],
     ) -> None:
         super().__init__()
         tip = "Words of limbs, cause or way of detection, such as left, crossing or error"
@@ -126,15 +131,26 @@ class FailuresPanel(QWidget):
             lambda index: chosen(self.tree.place_of(index))
         )
         self.tree.activated.connect(lambda index: activated(self.tree.place_of(index)))
-        self.evidence = EvidenceView()
+        self.evidence = EvidenceView(show)
         both = QSplitter(Qt.Orientation.Vertical, childrenCollapsible=False)
         both.addWidget(self.tree)
         both.addWidget(self.evidence)
         both.setStretchFactor(0, 2)
         both.setStretchFactor(1, 3)
         above = hbox(self.filter, margins=(6, 0, 6, 0))
-        self.setLayout(vbox(above, self.words, (both, 1), margins=(0, 4, 0, 0), spacing=4))
+        self._buttons = hbox(margins=(6, 0, 6, 0))
+        parts = (above, self.words, self._buttons, (both, 1))
+        self.setLayout(vbox(*parts, margins=(0, 4, 0, 0), spacing=4))
         self.show_rows((), 1.0, -1, "")
+
+    def set_actions(self, actions: Sequence[QAction], buttons: Sequence[QAction]) -> None:
+        """Offer commands in the list's context menu, some of them by buttons as well."""
+        for action in buttons:
+            button = action_button(action, Qt.ToolButtonStyle.ToolButtonTextOnly)
+            self._buttons.addWidget(button)
+        self._buttons.addStretch(1)
+        self.tree.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
+        self.tree.addActions(actions)
 
     def show_rows(
         self, failures: Sequence[FailureSegment], fps: float, chosen: int, words: str
@@ -163,22 +179,24 @@ class FailuresPanel(QWidget):
         self.tree.viewport().update()
         failure = self.tree.cells.rows[place] if index.isValid() else None
         heading = _heading(failure, self._fps) if failure else ""
-        self.evidence.show_words(heading, failure.verdict if failure else None)
+        self.evidence.show_words(heading, failure)
 
     def _cells(self, failure: FailureSegment) -> Sequence[Cell]:
         tip = f"{_heading(failure, self._fps)} Double-click or press Enter to go there."
-        confidence = failure.verdict.confidence
-        sure = f"{100.0 * confidence:.0f}" if confidence > 0 else ""
+        verdict, reason = failure.verdict, failure.reason
+        sure = f" Confidence {100.0 * verdict.confidence:.0f} %." if verdict.confidence else ""
         limb = LIMB_COLOURS[failure.peak_limb]
-        peak = failure.peak if failure.measure == "error" else 100.0 * failure.peak
-        shown, other = Cell(f"{peak:.0f}", tip, value=peak), Cell("", tip, value=-1.0)
-        peaks = (shown if failure.measure == measure else other for measure in _PEAKS)
+        values = failure.error_deg, failure.chance and 100.0 * failure.chance
+        peaks = (
+            Cell("", tip, value=-1.0) if value is None else Cell(f"{value:.0f}", tip, value=value)
+            for value in values
+        )
         return (
             Cell(f"{failure.first}–{failure.last}", tip, value=failure.first),
             Cell(limbs_words(failure.limbs), tip, swatch=limb),
             *peaks,
-            Cell(CAUSE_WORDS[failure.verdict.cause], tip),
-            Cell(sure, tip, value=confidence),
+            Cell(CAUSE_WORDS[verdict.cause], f"{verdict.words}.{sure}"),
+            Cell() if reason is None else Cell(reason.brief, reason.words),
         )
 
 

@@ -1,15 +1,16 @@
 """The landmarks with their keys and how each camera sees them, and what to click next."""
 
 import os
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from typing import Literal, TypeAlias
 
 from PySide6.QtCore import QModelIndex, QSignalBlocker, Qt
 from PySide6.QtGui import QResizeEvent
-from PySide6.QtWidgets import QPushButton, QWidget
+from PySide6.QtWidgets import QComboBox, QPushButton, QWidget
 
 from stereotrack_core.annotation.click import ClickKey
-from stereotrack_core.annotation.next_clicks import StopSign, Suggestion
+from stereotrack_core.annotation.next_clicks import KIND_WORDS, StopSign, Suggestion
 
 from ..forms.numbers import NumberField
 from ..style.building import hbox, label, vbox
@@ -90,7 +91,7 @@ _COLUMNS = (
     Column("Reason", width=STRETCH),
 )
 _REASON = len(_COLUMNS) - 1
-_NONE = "Fit the whole recording to see suggested clicks. The most useful ones come first."
+_NONE = "Click a frame to see where further clicks help most. The most useful ones come first."
 _NARROW = 460
 _KEPT = 1000
 
@@ -116,10 +117,14 @@ class NextPanel(QWidget):
             minimum=0.1, maximum=45.0, value=3.0, singleStep=0.5, prefix="± ", suffix="°",
             keyboardTracking=False, accessibleName="Target uncertainty", toolTip=tip,
         )  # fmt: skip
+        self.kinds = QComboBox()
+        self.kinds.setAccessibleName("Kind of suggestion")
+        self.kinds.setToolTip("Show suggestions of one kind alone")
+        self.kinds.activated.connect(self._show_kind)
         self.next_button = QPushButton("Go to next")
         self.next_button.clicked.connect(self.go_to_next)
-        self.fit_button = QPushButton("Fit whole recording")
-        self.fit_button.setToolTip("Fit the body model to all clicks")
+        self.fit_button = QPushButton("Suggest clicks")
+        self.fit_button.setToolTip("Fit the body model to the clicked frames")
         self.reason = label("", "muted", margins=(8, 3, 8, 4))
         self.tree = CellTable("Suggested clicks", _COLUMNS, self._cells, single=True)
         for chosen in (self.tree.clicked, self.tree.activated):
@@ -127,12 +132,13 @@ class NextPanel(QWidget):
         self.tree.selectionModel().currentRowChanged.connect(self._show_reason)
         self._lay_out()
         self._sign: StopSign | None = None
+        self._every: Sequence[Suggestion] = ()
         self.awaited = False
         """Whether to go to the best place as soon as one is known."""
         self.show_ranking((), None, {})
 
     def _lay_out(self) -> None:
-        tools = hbox(self.next_button, None, self.wanted)
+        tools = hbox(self.next_button, (self.kinds, 1), self.wanted)
         self._head, self._unfitted = QWidget(), QWidget()
         self._head.setLayout(vbox(self.sign, tools, margins=(8, 4, 8, 4), spacing=4))
         fit = hbox(self.fit_button, None)
@@ -152,7 +158,8 @@ class NextPanel(QWidget):
         views: Mapping[str, str] | None = None,
     ) -> None:
         """Show what to click next; without a stop sign nothing is fitted yet."""
-        self._sign = sign
+        self._sign, self._every = sign, rows
+        rows = self._of_kind()
         self._unfitted.setVisible(sign is None)
         self._head.setVisible(sign is not None)
         self.tree.setVisible(sign is not None)
@@ -174,6 +181,24 @@ class NextPanel(QWidget):
             if self.awaited and rows:
                 self.go_to_next()
 
+    def _of_kind(self) -> Sequence[Suggestion]:
+        """The suggestions of the kind that is chosen; offers the kinds that there are."""
+        count, chosen = Counter(one.kind for one in self._every), self.kinds.currentData()
+        chosen = chosen if chosen in count else None
+        with QSignalBlocker(self.kinds):
+            self.kinds.clear()
+            self.kinds.addItem("All kinds", None)
+            for kind, words in KIND_WORDS.items():
+                if count[kind]:
+                    self.kinds.addItem(f"{words} ({count[kind]})", kind)
+            self.kinds.setCurrentIndex(max(self.kinds.findData(chosen), 0))
+        return [one for one in self._every if chosen in (None, one.kind)]
+
+    def _show_kind(self) -> None:
+        self.tree.show_rows(self._of_kind())
+        self.next_button.setEnabled(bool(self.tree.cells.rows))
+        self._show_reason()
+
     def go_to_next(self) -> None:
         """Go to the best place that nobody went to yet; where none is known, fit to find one."""
         row = self._first_unvisited()
@@ -193,10 +218,10 @@ class NextPanel(QWidget):
         return next((k for k, one in enumerate(rows) if one.key not in self._visited), None)
 
     def _cells(self, one: Suggestion) -> Sequence[Cell]:
-        tip = (
-            f"{one.reason}\nExpected gain of a click here: {one.gain_deg:.2f}° in this frame, "
-            f"{one.over_frames_deg:.1f}° over all frames."
-        )
+        gain, tip = f"{one.over_frames_deg:.1f}", f"{one.reason}\nExpected gain of a click here: "
+        tip += f"{one.gain_deg:.2f}° in this frame, {gain}° over all frames."
+        if one.kind == "unknown":
+            gain, tip = "all", f"{one.reason}\nNothing is known here before a click."
         colour = "muted" if one.key in self._visited or not one.clear else ""
         doubt = colour or ("warning" if one.click_there else "")
         swatch = self._colours.get(one.landmark, "#808080")
@@ -204,7 +229,7 @@ class NextPanel(QWidget):
             Cell(str(one.frame), tip, colour),
             Cell(self._views.get(one.camera, one.camera), tip, colour),
             Cell(one.landmark.replace("_", " "), tip, colour, swatch),
-            Cell(f"{one.over_frames_deg:.1f}", tip, colour),
+            Cell(gain, tip, colour),
             Cell(f"check: {one.reason}" if one.click_there else one.reason, tip, doubt),
         )
 

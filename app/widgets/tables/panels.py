@@ -185,7 +185,8 @@ _NOTHING = (
     "drawn beside the run until you discard it."
 )
 TRIAL_TIP = (
-    "Mean over the frames of the trial; in brackets the difference from the run. Lower is better."
+    "Mean over the frames of the trial, of arms also over the four segments; in brackets the "
+    "difference from the run. Lower is better."
 )
 
 
@@ -266,8 +267,15 @@ def number_cell(value: float, change: float, digits: int) -> Cell:
     return Cell("…" if math.isnan(value) else f"{value:.{digits}f}", TRIAL_TIP)
 
 
-_FACTS = "Frames", "Arm error", "Time", "Seed", "Date"
-_RUNS = Column("Run", width=STRETCH), *map(Column, _FACTS)
+_SCORE_TIP = (
+    "Mean over frames and arm segments: the angle against the reference, or the tracker's standard "
+    "deviation (±) without one. In brackets the difference from the active run, over the frames "
+    "that both have."
+)
+_RUNS = (
+    Column("Run", width=STRETCH), Column("Frames"), Column("Arms, mean", _SCORE_TIP),
+    *map(Column, ("Time", "Seed", "Date")),
+)  # fmt: skip
 _NARROWEST_NAME = 170
 
 
@@ -280,7 +288,7 @@ class RunRow:
     visible: bool
     active: bool
     frames: str
-    score: str  # its median error, or how it stands
+    score: tuple[str, str]  # its error or uncertainty, and over what frames
     hint: str
     time: str = ""
     seed: str = ""
@@ -342,8 +350,9 @@ class RunsPanel(QWidget):
             row.name, row.hint, swatch=line, bold=row.active, value=place, ticked=row.visible,
             editable=True,
         )  # fmt: skip
-        others = (row.frames, row.score, row.time, row.seed, row.when)
-        return TreeRow((name, *(Cell(text, row.hint, bold=row.active) for text in others)))
+        facts = (row.time, row.seed, row.when)
+        others = ((row.frames, row.hint), row.score, *((fact, row.hint) for fact in facts))
+        return TreeRow((name, *(Cell(text, tip, bold=row.active) for text, tip in others)))
 
 
 _NO_METRICS = "Run the tracker to see run metrics here. Show several runs to compare them."
@@ -360,9 +369,13 @@ class ComparisonPanel(QWidget):
     def __init__(self) -> None:
         super().__init__()
         self.words = label(_NO_METRICS, "muted", margins=(8, 6, 8, 2))
+        self.by_stretch = QCheckBox("By named stretch")
+        self.by_stretch.setToolTip("Show the errors of the arms over each named stretch.")
+        self.by_stretch.hide()
         self.table = CellTable("Run comparison", least=280)
         self._colours = label(_METRIC_COLOURS, "muted", margins=(8, 2, 8, 4))
-        self.setLayout(vbox(self.words, (self.table, 1), self._colours, spacing=2))
+        box = hbox(self.by_stretch, margins=(8, 0, 8, 0))
+        self.setLayout(vbox(self.words, box, (self.table, 1), self._colours, spacing=2))
         self._colours.hide()
         self.table.hide()
 

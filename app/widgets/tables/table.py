@@ -6,6 +6,7 @@ from typing import Any, TypeAlias
 
 from PySide6.QtCore import (
     QAbstractTableModel,
+    QEvent,
     QModelIndex,
     QPersistentModelIndex,
     QSize,
@@ -34,6 +35,7 @@ from PySide6.QtWidgets import (
 
 from stereotrack_core.tables import Table
 
+from ..redraw import takes_key
 from ..style.building import label, vbox
 from ..style.theme import current_theme
 
@@ -217,6 +219,10 @@ def fit_list(tree: QTreeView, widths: Sequence[int], least: int) -> None:
         header.resizeSection(place, max(least, tree.viewport().width() - others))
 
 
+def _activates(event: QKeyEvent) -> bool:
+    return event.key() in {Qt.Key.Key_Return, Qt.Key.Key_Enter} and not event.modifiers()
+
+
 class CellTable(QTreeView):
     """Rows of cells; Ctrl+C copies those that are selected, or all.
 
@@ -286,6 +292,9 @@ class CellTable(QTreeView):
 
     def copied_text(self) -> str:
         return self.cells.as_text(self.selected() or range(len(self.cells.rows)))
+
+    def event(self, event: QEvent) -> bool:
+        return takes_key(event, _activates) or super().event(event)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         if event.matches(QKeySequence.StandardKey.Copy):

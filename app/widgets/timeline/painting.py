@@ -242,6 +242,13 @@ class TimelinePainter:
         painter.drawLine(QPointF(left, 0), QPointF(left, height))
         painter.drawLine(QPointF(right, 0), QPointF(right, height))
 
+    def hover(self, frame: int) -> None:
+        scale = self._scale
+        middle = (scale.x_of(frame) + scale.x_of(frame + 1)) / 2
+        if scale.left <= middle <= scale.left + scale.width:
+            self._painter.setPen(QPen(QColor(self._theme.muted), 1.0))
+            self._painter.drawLine(QPointF(middle, 0), QPointF(middle, self._size.height()))
+
     def playhead(self, frame: int) -> None:
         painter, scale, theme = self._painter, self._scale, self._theme
         left, right = scale.x_of(frame), scale.x_of(frame + 1)

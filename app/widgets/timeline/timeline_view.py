@@ -49,6 +49,7 @@ class TimelineView(QAbstractScrollArea):
     visible_range_changed = Signal(float, float)
     """The person zoomed or moved, or a page was turned; borders of the visible frames, where frame
     k covers the stretch from k to k + 1."""
+    hovered = Signal(object)  # the frame under the mouse, or None
     margins_changed = Signal(float, float)
     """Pixels beside the frames at the left and right: names, and a scroll bar."""
 
@@ -70,6 +71,7 @@ class TimelineView(QAbstractScrollArea):
         self._fps = 1.0
         self.frame = 0
         self.selection: range | None = None
+        self._hover: int | None = None
         self._drag: Literal["scrub", "select", "pan"] | None = None
         self._drag_start = 0
         self._drag_from = QPointF()
@@ -120,17 +122,24 @@ class TimelineView(QAbstractScrollArea):
         frame = max(0, min(frame, self.scale.frame_count - 1))
         if frame == self.frame:
             return
-        old = self._playhead_area()
+        old = self._area_of(self.frame)
         self.frame = frame
         if not self._drag:
             self._set_scale(self.scale.showing(frame))
         self.viewport().update(old)
-        self.viewport().update(self._playhead_area())
+        self.viewport().update(self._area_of(self.frame))
 
     def set_selection(self, selection: range | None) -> None:
         """Select frames without emitting a signal."""
         self.selection = selection if selection else None
         self.viewport().update()
+
+    def set_hover(self, frame: int | None) -> None:
+        """Mark the frame under the mouse, here or in another panel."""
+        if frame != self._hover:
+            for one in (self._hover, frame):
+                self.viewport().update(self._area_of(one or 0))
+            self._hover = frame
 
     def set_visible_range(self, first: float, last: float) -> None:
         """Zoom to the frames from `first` up to `last` without emitting a signal."""
@@ -201,6 +210,8 @@ class TimelineView(QAbstractScrollArea):
             over = TimelinePainter(painter, self.scale, self.viewport().size())
             if self.selection is not None:
                 over.selection(self.selection)
+            if self._hover is not None:
+                over.hover(self._hover)
             over.playhead(self.frame)
         painter.end()
 
@@ -230,8 +241,8 @@ class TimelineView(QAbstractScrollArea):
         painter.end()
         return picture
 
-    def _playhead_area(self) -> QRect:
-        left, right = self.scale.x_of(self.frame), self.scale.x_of(self.frame + 1)
+    def _area_of(self, frame: int) -> QRect:
+        left, right = self.scale.x_of(frame), self.scale.x_of(frame + 1)
         return QRectF(
             left - 40.0, 0.0, right - left + 80.0, self.viewport().height()
         ).toAlignedRect()
@@ -261,6 +272,7 @@ class TimelineView(QAbstractScrollArea):
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         x = event.position().x()
         frame = self.scale.frame_at(x)
+        self.hovered.emit(frame if x >= self.scale.left and self.scale.frame_count else None)
         if self._drag == "scrub":
             self._request(frame)
         elif self._drag == "select":
@@ -296,6 +308,8 @@ class TimelineView(QAbstractScrollArea):
             text = self.tooltip_at(QPointF(event.pos()))
             QToolTip.showText(event.globalPos(), text, self.viewport())
             return True
+        if event.type() == QEvent.Type.Leave:
+            self.hovered.emit(None)
         return super().viewportEvent(event)
 
     def tooltip_at(self, position: QPointF) -> str:

@@ -5,7 +5,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from stereotrack_core.arrays import IntArray
+from stereotrack_core.arrays import FloatArray, IntArray
+from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.evaluation.failure_segments.causes import (
     geometry_evidence,
     look_evidence,
@@ -18,6 +19,7 @@ from stereotrack_core.evaluation.failure_segments.segment import (
     FailureSegment,
     failures_by_error,
     failures_by_signs,
+    lost_chances,
 )
 from stereotrack_core.evaluation.summary import at_frames, errors_against
 from stereotrack_core.recording.description import Recording
@@ -72,10 +74,37 @@ def stretches_of(search: FailureSearch) -> tuple[FailureSegment, ...]:
     if not len(run.frame):
         return ()
     found = failures_by_signs(run, search.fps, search.rules)
+    chance = run.frame, lost_chances(run, search.fps)
+    degrees = run.frame[:0], np.empty((0, len(LIMBS)))
     if reference is not None:
         errors = errors_against(run.trajectory(), at_frames(reference, run.frame))
+        degrees = errors.frame, np.degrees([errors.of_limb(limb) for limb in LIMBS]).T
         found = (*found, *failures_by_error(errors, search.fps, search.rules))
+    found = tuple(
+        replace(one, error_deg=_largest(one, *degrees), chance=_largest(one, *chance))
+        for one in found
+    )
     return tuple(sorted(found, key=lambda e: (e.first, e.last, e.found, e.limbs)))
+
+
+def _largest(failure: FailureSegment, frame: IntArray, values: FloatArray) -> float | None:
+    """Largest value (F, 6) of a failure's limbs in its frames, None where none is known."""
+    inside = (frame >= failure.first) & (frame <= failure.last)
+    own = values[inside][:, [LIMBS.index(limb) for limb in failure.limbs]]
+    return float(np.nanmax(own)) if np.isfinite(own).any() else None
+
+
+def good_stretches(
+    search: FailureSearch, failures: Sequence[FailureSegment], count: int, seconds: float
+) -> list[range]:
+    """Up to `count` stretches of so many seconds, spread over what is away from all failures."""
+    length, free = max(1, round(seconds * search.fps)), set(_free(search, failures).tolist())
+    starts = [k for k in sorted(free) if all(k + i in free for i in range(length))]
+    found: list[range] = []
+    for first in _spread(np.array(starts, dtype=np.int64), count):
+        if not found or first >= found[-1].stop:
+            found.append(range(first, first + length))
+    return found
 
 
 def explained(
@@ -89,7 +118,7 @@ def explained(
     evidence = [geometry_evidence(one, places[one.found]) for one in failures]
     recording = search.recording
     if failures and search.pictures and recording is not None and gives_depth(recording):
-        asked = [(_outside(search, failures), places["signs"])]
+        asked = [(_spread(_free(search, failures), _USUAL), places["signs"])]
         frame = search.run.frame
         for one in failures:
             inside = frame[(frame >= one.first) & (frame <= one.last)]
@@ -108,13 +137,14 @@ def explained(
     )
 
 
-def _outside(search: FailureSearch, failures: Sequence[FailureSegment]) -> list[int]:
+def _free(search: FailureSearch, failures: Sequence[FailureSegment]) -> IntArray:
+    """Tracked frames that are away from all failures."""
     apart = round(_APART * search.fps)
     frame = search.run.frame[search.run.tracked]
     free = np.ones(len(frame), dtype=np.bool_)
     for failure in failures:
         free &= (frame < failure.first - apart) | (frame > failure.last + apart)
-    return _spread(frame[free], _USUAL)
+    return frame[free]
 
 
 def _spread(frames: IntArray, count: int) -> list[int]:

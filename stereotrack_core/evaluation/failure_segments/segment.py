@@ -19,6 +19,7 @@ from stereotrack_core.arrays import FloatArray, IntArray, stretches_of
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.skeleton import FOREARMS, TORSO, UPPER_ARMS
 from stereotrack_core.evaluation.failure_segments import coefficients
+from stereotrack_core.evaluation.failure_segments.reasons import Reason
 from stereotrack_core.evaluation.limbs import limb_ends
 from stereotrack_core.evaluation.summary import LimbErrors
 from stereotrack_core.geometry.rotation import angle_between
@@ -47,6 +48,22 @@ CAUSE_WORDS: MappingProxyType[Cause, str] = MappingProxyType(
     }
 )
 """Every cause, as a person reads it."""
+
+_ARMS = ("search_proposals", "second_look", "picture_cost")
+_POINTS_TO: MappingProxyType[Cause, tuple[str, ...]] = MappingProxyType(
+    {
+        "crossing": (*_ARMS, "arms_apart", "keypoint_cost"),
+        "torso": ("clearance", "loss_scale", "picture_cost"),
+        "fast": ("sigma_joint", "prior_inflation_above", "iterations"),
+        "hidden": ("silhouette_sigma", "second_look", "keypoint_cost"),
+        "hole": ("background_threshold", "speckle_size", "max_correspondence_distance"),
+        "neighbour": ("max_correspondence_distance", "outlier_distance"),
+        "calibration": ("leave_out_views", "sigma_measurement"),
+        "initialisation": ("fit_shape", *_ARMS),
+        "unclear": (*_ARMS, "sigma_joint"),
+    }
+)
+"""Parameters that a cause points to."""
 
 FOUND_WORDS: MappingProxyType[Found, str] = MappingProxyType(
     {"truth": "by error", "signs": "by failure probability"}
@@ -94,12 +111,21 @@ class FailureSegment:
     peak: float
     peak_frame: int
     peak_limb: str
+    error_deg: float | None = None  # largest error of its limbs, where a reference is known
+    chance: float | None = None  # largest probability that one of them is lost, where known
     verdict: Verdict = field(default=UNCLEAR)
+    reason: Reason | None = None  # what the search did where it begins; None if nobody has looked
 
     @property
     def frames(self) -> range:
         """Frame numbers from the first to the last one."""
         return range(self.first, self.last + 1)
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """Names of parameters that its reason and its cause point to, the likeliest first."""
+        own = () if self.reason is None else self.reason.parameters
+        return tuple(dict.fromkeys((*own, *_POINTS_TO[self.verdict.cause])))
 
     @property
     def peak_words(self) -> str:
@@ -122,6 +148,31 @@ def limbs_words(limbs: tuple[str, ...]) -> str:
         elif not (part == "forearm" and f"{side}_upper_arm" in limbs):
             words.append(limb.replace("_", " "))
     return ", ".join(words)
+
+
+FAILURE_COLUMNS = (
+    *("frames", "seconds", "limbs", "detected by", ">error [deg]", ">probability [%]"),
+    *("cause", ">sure [%]", "why", "description"),
+)
+
+
+def failure_rows(failures: Sequence[FailureSegment], fps: float) -> list[tuple[str, ...]]:
+    """Cells of failures under :data:`FAILURE_COLUMNS`; what is not known is empty."""
+    return [
+        (
+            f"{e.first}-{e.last}",
+            f"{e.first / fps:.1f}-{(e.last + 1) / fps:.1f}",
+            limbs_words(e.limbs),
+            e.found,
+            "" if e.error_deg is None else f"{e.error_deg:.0f}",
+            "" if e.chance is None else f"{100.0 * e.chance:.0f}",
+            e.verdict.cause,
+            f"{100.0 * e.verdict.confidence:.0f}" if e.verdict.confidence else "",
+            "" if e.reason is None else e.reason.brief,
+            e.verdict.words,
+        )
+        for e in failures
+    ]
 
 
 _GROUP = "Failures"

@@ -16,6 +16,7 @@ from stereotrack_core.body.skeleton import FOREARMS, TORSO, UPPER_ARMS
 from stereotrack_core.body.surface import nearest_on_surface
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.geometry.rotation import angle_between
+from stereotrack_core.geometry.triangulation import segment_distance
 from stereotrack_core.tracking.arm_search.arms import (
     LEFT,
     RIGHT,
@@ -50,6 +51,7 @@ _SQUARED_SCALE = 0.035**2
 _UNEXPLAINED = 0.09  # metres from every cone beyond which a datum is unexplained
 _MOST_DATA = 450  # points near the shoulders that arms are scored by
 _KEPT = 8  # best candidates per arm of which all pairs are scored
+_ON_LIMB = 0.05  # metres from a limb's surface up to which a datum may be measured on it
 _PICTURE_STEP = 3  # every so many pixels are compared: arms are several of these wide
 _UNLIKE = 0.5  # pixels by which a disparity is off that counts half (docs/silhouettes.md)
 # Where nothing is expected of the arms:
@@ -174,6 +176,19 @@ class ArmSearch:
         found["crossing"] = float(self._crossing(evidence, *arms)[0, 0])
         found["pictures"] = float(self._unlike(evidence, frames, frames, frames)[0, 0])
         return found
+
+    def points_on(self, evidence: Evidence, pose: Pose) -> IntArray:
+        """Numbers (4,) of data on each limb of the arms and not on the trunk, as ``LIMBS[2:]``."""
+        frames, found = self.body.frames(pose), np.zeros((2, 2), dtype=np.int64)
+        points = evidence.points[:, None]
+        for shape in evidence.shapes:
+            _, elbow, _, tip = shape.nodes(arm_of_pose(frames, shape.side))[0]
+            for part, (start, end) in enumerate(((shape.shoulder, elbow), (elbow, tip))):
+                away = segment_distance(points, points, start, end)[:, 0]
+                away = np.abs(away - shape.radii[part].mean())
+                on = (away < _ON_LIMB) & (away < evidence.body_distance)
+                found[part, shape.side] = np.count_nonzero(on)
+        return found.ravel()
 
     def arm_terms(
         self, evidence: Evidence, side: int, arms: Arms, expected: Arms, other: FloatArray

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections import OrderedDict
 from collections.abc import Callable, Hashable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from stereotrack_core.arrays import Float32Array
@@ -37,12 +37,13 @@ class CloudKey:
     depth: DepthParameters
     learned_from: range  # of the background, without images of the empty scene
     detector: bool = False  # whether it makes the empty scene of mono views without one
+    views: tuple[str, ...] = ()  # with depth that are used; empty: all
 
     def until(self, stage: Stage) -> Hashable:
         """What the result of a stage depends on."""
         if stage is Stage.MATCHING:
             return stage_key(self.depth, stage)
-        learned = self.learned_from.start, self.learned_from.stop, self.detector
+        learned = self.learned_from.start, self.learned_from.stop, self.detector, self.views
         return stage_key(self.depth, stage), learned
 
 
@@ -95,6 +96,8 @@ class CloudStore:
         cancelled: Callable[[], bool] = lambda: False,
     ) -> KeptClouds:
         """Clouds for a run over `stretch`, kept before all others. Raises Cancelled, InputError."""
+        used = tuple(name for name in self._deep if name in key.views)
+        key = replace(key, views=() if used == self._deep else used)
         points, matching = key.until(Stage.POINTS), key.until(Stage.MATCHING)
 
         def is_held(place: Any) -> bool:
@@ -128,7 +131,7 @@ class CloudStore:
             of = key.until(Stage.MATCHING), view.name
             return _RememberingStereo(self._rectified[place], p, of, self)
 
-        views = None if self.has_depth or not self._mono else ()
+        views = key.views or (None if self.has_depth or not self._mono else ())
         mono = silhouette_views(self.recording, self._mono, detector=key.detector)
         depth = self._settled(key)
         chain = DepthChain(self.recording, depth, views=views, mono=mono, sources=source)

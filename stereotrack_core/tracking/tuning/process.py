@@ -5,6 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from uuid import uuid4
 
+from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.model import BodyModel
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.keypoints import Keypoints
@@ -122,17 +123,23 @@ class RecordStep:
     here: Estimate | None  # `before`, `here`: what the run says of both frames
     keypoints: Keypoints | None = None  # that the run is tracked with
     seen: Keypoints | None = None  # what the pose detector saw in the frame, instead of them
+    truth: FloatArray | None = None  # (9, 3). Landmarks in the frame, for the record alone.
+    views: tuple[str, ...] = ()  # that the run used; empty: all
 
     def __call__(self, asker: Asker) -> RecordedStep:
         """Do it in the process."""
-        store = self.of.store(asker)
+        return self.recorded(self.of.store(asker), asker.cancelled)
+
+    def recorded(self, store: CloudStore, cancelled: Callable[[], bool]) -> RecordedStep:
+        """Do it with the clouds of a store. Raises Cancelled, InputError."""
         frames = range(store.reader.frame_count)
-        key = CloudKey(self.settings.depth, frames, self.settings.uses_detector)
-        cloud, _ = store.clouds(key, cancelled=asker.cancelled).take(self.frame)
+        settings = self.settings
+        key = CloudKey(settings.depth, frames, settings.uses_detector, self.views)
+        cloud, _ = store.clouds(key, cancelled=cancelled).take(self.frame)
         seen = keypoints_in_views(store.recording, self.of.views, self.keypoints)(self.frame)
         if self.seen is not None:
             seen = seen_in_views(store.recording, cloud.view_names, self.seen)
         cloud = replace(cloud, keypoints=seen)
         model = self.make()
         state, words = beginning_at(model, cloud, self.before, self.here)
-        return RecordedStep(explain(model, state, cloud), cloud, words)
+        return RecordedStep(explain(model, state, cloud, self.truth), cloud, words)

@@ -98,7 +98,8 @@ class Trial:
     @property
     def key(self) -> CloudKey:
         """What its clouds depend on."""
-        return CloudKey(self.settings.depth, self.known, self.settings.uses_detector)
+        settings, views = self.settings, tuple(self.spec.views or ())
+        return CloudKey(settings.depth, self.known, settings.uses_detector, views)
 
     @contextmanager
     def begun(

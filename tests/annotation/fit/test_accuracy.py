@@ -2,10 +2,10 @@
 
 import pytest
 
-from benchmarks.annotation import CASES, annotated
 from stereotrack_core.annotation.fit.state import FitSettings
 from stereotrack_core.annotation.fit.stretch import recorded_depth
 from stereotrack_core.recording.folder import open_recording
+from tests.annotation.simulated_clicks import CASES, annotated
 
 pytestmark = pytest.mark.slow
 ALONE, DIRTY, DEPTH = CASES[0], CASES[1], CASES[2]

@@ -5,7 +5,8 @@ import json
 import numpy as np
 from PySide6.QtWidgets import QFileDialog
 
-from app.widgets.forms.form_dialog import file_filter
+from app.widgets.forms.form_dialog import FormDialog, file_filter
+from app.widgets.forms.numbers import NumberField
 from stereotrack_core.interop.labels import read_clicks
 from stereotrack_core.interop.reference_npz import read_reference
 from stereotrack_core.interop.run_file import read_trajectory
@@ -13,6 +14,17 @@ from stereotrack_core.project import exporting
 from stereotrack_core.project.exporting import format_named, formats_of
 from stereotrack_core.recording.landmarks import read_landmarks
 from tests.gui.annotating.stage import settled
+
+
+def accept_limit(stage, millimetres=None):
+    """Press OK where the limit of sigma is asked for, perhaps with another one; the limit."""
+    dialog = stage.findChildren(FormDialog)[-1]
+    field = dialog.findChild(NumberField)
+    if millimetres is not None:
+        field.setValue(millimetres)
+    shown = field.value()
+    dialog.accept_button.click()
+    return shown
 
 
 def choose(qtbot, stage, name, path):
@@ -37,7 +49,7 @@ def test_clicks_are_exported_in_every_format(qtbot, stage, tmp_path, monkeypatch
     assert filters == list(map(file_filter, formats_of("clicks")))
     choose(qtbot, stage, "coco", tmp_path / "out.json")
     assert str(tmp_path / "out.json") in stage.heard[-1]
-    assert "COCO keypoints cannot store: annotators and times (216)." in stage.heard[-1]
+    assert "cannot store" not in stage.heard[-1]
     assert len(json.loads((tmp_path / "out.json").read_text())["images"]) == 24
     monkeypatch.setattr(exporting, "find_spec", lambda _module: None)
     assert "not installed" in file_filter(format_named("slp"))
@@ -50,10 +62,17 @@ def test_the_reference_is_exported_as_far_as_it_is_known(qtbot, stage, tmp_path)
     reference = stage.panels.reference.now.reference
     for name in ("csv", "npz", "trc"):
         stage.trigger("export-reference")
+        accept_limit(stage)
         choose(qtbot, stage, name, tmp_path / f"reference.{name}")
         assert f"reference.{name}" in stage.heard[-1]
         assert "Left out: " in stage.heard[-1]
-        assert ("cannot store: standard deviations" in stage.heard[-1]) is (name == "trc")
+        assert ("cannot store: covariances" in stage.heard[-1]) is (name != "npz")
+    assert (
+        (tmp_path / "reference.trc.provenance.csv")
+        .read_text()
+        .splitlines()[0]
+        .endswith("source,annotator,visibility,views,residual_px")
+    )
     sure = reference.sigma() <= 0.1
     known = read_landmarks(tmp_path / "reference.csv").points
     np.testing.assert_allclose(known[sure], stage.panels.reference.now.fit.nine[sure], atol=1e-5)
@@ -62,3 +81,17 @@ def test_the_reference_is_exported_as_far_as_it_is_known(qtbot, stage, tmp_path)
     np.testing.assert_array_equal(again.limb_sigma_deg, reference.limb_sigma_deg)
     few = np.isfinite(read_trajectory(tmp_path / "reference.trc").points).all(axis=2)
     np.testing.assert_array_equal(few, sure)
+
+
+def test_the_limit_of_the_reference_is_asked_and_proposed_again(qtbot, stage, tmp_path):
+    stage.trigger("fit")
+    settled(qtbot, stage)
+    stage.trigger("export-reference")
+    accept_limit(stage, 4.0)
+    choose(qtbot, stage, "csv", tmp_path / "sure.csv")
+    assert "standard deviation above 4 mm" in stage.heard[-1]
+    sure = stage.panels.reference.now.reference.sigma() <= 0.004
+    known = np.isfinite(read_landmarks(tmp_path / "sure.csv").points).all(axis=2)
+    np.testing.assert_array_equal(known, sure)
+    stage.trigger("export-reference")
+    assert accept_limit(stage) == 4.0

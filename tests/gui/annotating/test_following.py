@@ -53,7 +53,7 @@ def test_what_is_found_is_proposed_and_accepted_as_one_edit(project, moving):
     )
     selection = Selection(range(4, 10))
     found = propose_selection(project, moving, selection)
-    assert found == "12 points proposed in frames 4 – 9."
+    assert found == "12 points predicted in frames 4 – 9."
     assert project.clicks.count() == 2
     places = {p.key: p.position for p in project.predictions.of_source(PROPOSED)}
     assert {key.frame for key in places} == set(range(4, 10))

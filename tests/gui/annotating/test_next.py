@@ -6,13 +6,15 @@ import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 
+from app.features.annotate import next_clicks
 from app.features.annotate.next_clicks import NextPresenter
 from app.widgets.tables.landmarks_panel import NextPanel
+from stereotrack_core.annotation.doubts import Doubt
 from stereotrack_core.annotation.fit.results import CLICKED, INTERPOLATED, TrajectoryFit
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.annotation.next_clicks import StopSign, Suggestion
 from stereotrack_core.project.clicks import place_clicks
-from stereotrack_core.project.marks import FrameFlag, flag_frames
+from stereotrack_core.project.marks import FrameFlag, flag_frames, use_camera
 from tests.annotation.fits import limb_sigma_deg
 
 LEFT = Qt.MouseButton.LeftButton
@@ -93,6 +95,28 @@ def test_the_wanted_accuracy_is_kept_and_stops(qtbot, project, presenter, make, 
     assert again.wanted_deg == 40.0
 
 
+def test_doubts_of_the_images_join_and_go_with_an_edit(
+    qtbot, project, presenter, make, monkeypatch
+):
+    assert presenter.why_not_check().startswith("Fit the whole recording first")
+    ranking_after(qtbot, presenter, lambda: presenter.set_fit(fit_between(make, [0, 39])))
+    key, said = make.clicks_at([39])[0].key, []
+    doubt = Doubt(0.7, 5.0, "the clicks before and after lead to another place", "appearance")
+    monkeypatch.setattr(next_clicks, "unlike_the_others", lambda *_: {key: doubt})
+    after = ranking_after(qtbot, presenter, lambda: presenter.check(None, said.append))
+    assert said == ["1 click may be wrong by the images; see Suggested clicks."]
+    assert [one.key for one in after.suggestions if one.kind == "appearance"] == [key]
+    again = tuple(replace(one, position=(30.0, 30.0)) for one in make.clicks_at([39])[:1])
+    after = ranking_after(qtbot, presenter, lambda: project.apply(place_clicks(again)))
+    assert not [one for one in after.suggestions if one.kind == "appearance"]
+    fit = fit_between(make, [0, 39])
+    after = ranking_after(qtbot, presenter, lambda: presenter.set_fit(fit))
+    assert not [one for one in after.suggestions if one.kind == "appearance"], "nor after a fit"
+    leave_out = use_camera(key.camera, used=False)
+    after = ranking_after(qtbot, presenter, lambda: project.apply(leave_out))
+    assert key.camera not in {one.camera for one in after.suggestions}
+
+
 ROWS = (
     Suggestion(17, "N", "left_hand", 3.2, "left forearm uncertain (6.1 deg)", over_frames_deg=14.3),
     Suggestion(30, "W", "head", 1.2, "probable outlier, 40 px", click_there=True),
@@ -153,3 +177,20 @@ def test_nothing_fitted_offers_to_fit(qtbot, panel):
     panel.show_ranking((), SIGN, COLOURS)
     panel.go_to_next()
     assert panel.went[1:] == [()], "nothing is left to go to"
+
+
+def test_one_kind_of_suggestion_is_shown_alone(qtbot, panel):
+    places = [replace(one, kind="swapped") for one in ROWS[:2]]
+    panel.show_ranking((*places, ROWS[2]), SIGN, COLOURS)
+    kinds = [panel.kinds.itemText(k) for k in range(panel.kinds.count())]
+    assert kinds == ["All kinds", "Would help most (1)", "Sides exchanged (2)"]
+    panel.kinds.setFocus()
+    for _ in range(2):
+        qtbot.keyClick(panel.kinds, Qt.Key.Key_Down)
+    assert [one.frame for one in panel.tree.cells.rows] == [17, 30]
+    panel.show_ranking((places[1], ROWS[2]), SIGN, COLOURS)
+    assert panel.kinds.currentText() == "Sides exchanged (1)"
+    assert [one.frame for one in panel.tree.cells.rows] == [30]
+    panel.show_ranking(ROWS, SIGN, COLOURS)
+    assert panel.kinds.currentText() == "All kinds"
+    assert len(panel.tree.cells.rows) == 3

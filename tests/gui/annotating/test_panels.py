@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, Qt
+from PySide6.QtWidgets import QComboBox, QInputDialog
 
 from app.features.annotate.exchange.agreement import AgreementDialog
 from app.features.annotate.exchange.merging import ImportDialog, TakeInDialog
@@ -18,6 +19,8 @@ from stereotrack_core.interop.trc import write_trc
 from stereotrack_core.project.clicks import place_clicks
 from stereotrack_core.project.entries import load_reference
 from stereotrack_core.project.project import Project
+from stereotrack_core.project.scenarios import scenarios_of
+from stereotrack_core.recording.description import Segment
 from stereotrack_core.recording.landmarks import LandmarkTrajectory, write_landmarks
 from tests.gui.annotating.stage import LEFT, select, settled
 
@@ -73,15 +76,15 @@ def test_one_key_fits_fills_lanes_and_goes_to_what_is_next(qtbot, project, stage
     stage.panels.next_panel._visit = lambda *where: went.append(where)
     stage.book.refresh()
     qtbot.keyClick(stage, Qt.Key.Key_J)
-    assert stage.heard[-1].startswith("Fitting the body to all clicks")
-    qtbot.keyClick(stage, Qt.Key.Key_J)
-    assert "when the fit that is running is done" in stage.heard[-1]
     settled(qtbot, stage)
     assert not stage.problems
+    assert stage.panels.reference.now is None, "the clicked frames alone were fitted"
+    assert len(went) == 1
+    stage.trigger("fit")
+    settled(qtbot, stage)
     assert lane(stage, "head")[5] == Mark.INTERPOLATED
     torso = next(one for one in stage.timeline.lanes if one.id == "torso ±")
     assert np.isfinite(torso.values).all()
-    assert len(went) == 1
     assert went[0][2] in NINE.names
     qtbot.keyClick(stage, Qt.Key.Key_J)
     assert len(set(went)) == 2
@@ -95,7 +98,7 @@ def test_one_key_fits_fills_lanes_and_goes_to_what_is_next(qtbot, project, stage
 def test_clicks_are_imported_after_a_look(qtbot, project, stage, make, tmp_path):
     path = tmp_path / "clicks.csv"
     write_clicks(path, make.clicks_at([0, 5]), stage.panels.recording)
-    path.write_text(path.read_text() + "7,N,elbow,1,2,2,clicked\n")
+    path.write_text(path.read_text() + "7,N,elbow,1,2,2,clicked,,,,\n")
     stage.trigger("import")
     asking = stage.findChild(ImportDialog)
     qtbot.keyClicks(asking.path, str(path))
@@ -109,6 +112,23 @@ def test_clicks_are_imported_after_a_look(qtbot, project, stage, make, tmp_path)
     settled(qtbot, stage)
     assert project.clicks.count() == 252
     assert stage.heard[-1] == "merge 36 clicks from clicks.csv"
+
+
+def test_selected_frames_get_a_name_and_lose_it(qtbot, project, stage):
+    assert not stage.book.action("annotate-name-stretch").isEnabled(), "nothing is selected"
+    for first, last in ((10, 20), (40, 50)):
+        select(qtbot, stage, first, last)
+        stage.trigger("name-stretch")
+        dialog = stage.findChildren(QInputDialog)[-1]
+        dialog.findChild(QComboBox).clearEditText()
+        qtbot.keyClicks(dialog.findChild(QComboBox), "crossing")
+        dialog.accept()
+    assert scenarios_of(project) == (Segment("crossing", 10, 21), Segment("crossing", 40, 51))
+    stage.trigger("forget-stretch")
+    stage.findChildren(QInputDialog)[-1].accept()
+    assert scenarios_of(project) == ()
+    project.undo()
+    assert len(scenarios_of(project)) == 2
 
 
 def test_a_trajectory_becomes_a_reference(qtbot, project, stage, make, tmp_path):

@@ -43,5 +43,8 @@ def tuning(opened, qtbot, quick_run_file):
     tracker, quick = opened.context.session.track, preset("fast").replaced(**QUICK)
     tracker.put(replace(tracker.chosen, settings=quick))
     opened.context.docks.show_named("tune")
+    trials = opened.context.session.trials
+    trials.loops = False  # views that play are never settled for long on a busy machine
     qtbot.waitUntil(opened.context.tasks.settled, timeout=60_000)
-    return opened
+    yield opened
+    trials.loops = True

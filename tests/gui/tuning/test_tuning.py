@@ -195,7 +195,9 @@ def test_differences_of_settings_are_from_preset_run_or_thesis(tuning, qtbot):
         box.setCurrentIndex(place)
         box.activated.emit(place)
         tuning.features.tune.parameters.search.clear()
-        counts[box.currentData()] = tuning.features.tune.parameters.only_changed.text()
+        counts[box.currentData()] = tuning.features.tune.parameters.changed_words.text().split(
+            " from"
+        )[0]
     assert counts["run"] == "1 changed"
     assert len(set(counts.values())) == 3
     assert tuning.features.tune.parameters.line("sigma_joint").is_changed

@@ -69,3 +69,12 @@ def test_names_are_written_beside_their_dots(qapp):
     left = {alone.pixelColor(x, 100).name() for x in range(150, 188)}
     assert len(right) > 1
     assert len(left) == 1
+
+
+def test_a_name_that_would_stand_beside_another_dot_gets_a_line_to_its_own(qapp):
+    image = painted(*(mark("left_elbow", x, 100.0, BLUE) for x in (60.0, 130.0, 200.0, 270.0)))
+    between = {image.pixelColor(x, 100).name() for x in range(140, 190)}
+    assert len(between) == 1, "a name between two dots would be either's"
+    above = {image.pixelColor(130, y).name() for y in range(70, 93)}
+    below = {image.pixelColor(130, y).name() for y in range(107, 130)}
+    assert len(above) > 1 or len(below) > 1

@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
+from PySide6.QtWidgets import QApplication
 
 from app.widgets.plots.limb_plots import ErrorPlot, next_crossing, thinned
 from app.widgets.plots.plots import Curve
@@ -105,6 +106,44 @@ class TestPlot:
         qtbot.mouseRelease(port, LEFT, pos=end)
         assert 0 <= plot.dragged[0] < 12.0
         assert plot.threshold == pytest.approx(6.0, abs=1.0)
+
+    def test_hovering_says_value_and_limb_of_the_nearest_curve_and_marks_its_frame(self, plot):
+        high, low = np.full(490, 15.0), np.full(490, 4.0)
+        plot.set_curves([curve("left_forearm", high), curve("torso", low, name="thesis")])
+        hovered = []
+        plot.hovered.connect(hovered.append)
+        plot.hovered.connect(plot.set_hover)
+        for value, words in ((14.0, "left forearm 15.0°, accurate"), (5.0, "torso 4.0°, thesis")):
+            place = plot._box.mapViewToScene(QPointF(300, value))
+            plot._plot.scene().sigMouseMoved.emit(place)
+            assert plot._value.toPlainText() == f"300: {words}"
+        assert hovered[-1] == plot._hover.value() == 300
+        plot.set_hover(20)
+        assert plot._hover.value() == 20
+        plot.leaveEvent(QEvent(QEvent.Type.Leave))
+        assert hovered[-1] is None
+        assert not plot._value.isVisible()
+
+    def test_the_selection_is_shown(self, plot):
+        plot.set_selection(range(20, 30))
+        assert plot._selection.isVisible()
+        assert plot._selection.getRegion() == (19.5, 29.5)
+        plot.set_selection(None)
+        assert not plot._selection.isVisible()
+
+    def test_the_run_or_limb_that_the_legend_points_at_stands_alone(self, qtbot, plot):
+        def solid():
+            shown = zip(plot.shown_curves, plot._items, strict=True)
+            return {(one.name, one.limb) for one, item in shown if item.opacity() == 1.0}
+
+        every = {(one.name, one.limb) for one in plot.shown_curves}
+        for place, names in ((0, {"accurate"}), (1, {"thesis"})):
+            QApplication.sendEvent(plot.legend._labels[place][1], QEvent(QEvent.Type.Enter))
+            assert {name for name, _ in solid()} == names
+        QApplication.sendEvent(plot.legend.buttons["torso"], QEvent(QEvent.Type.Enter))
+        assert {limb for _, limb in solid()} == {"torso"}
+        QApplication.sendEvent(plot.legend.buttons["torso"], QEvent(QEvent.Type.Leave))
+        assert solid() == every
 
     def test_crossing_obeys_threshold_and_legend(self, qtbot, plot):
         high = np.zeros(100)

@@ -11,7 +11,7 @@ GREY = np.full((HEIGHT, WIDTH, 3), 90, np.uint8)
 
 @pytest.mark.parametrize("width", [300, 700, 1400])
 def test_the_picture_keeps_its_proportions_and_is_not_enlarged(shown, qapp, width):
-    view = shown(EvidenceView(), 300, 200)
+    view = shown(EvidenceView(str), 300, 200)
     view.show_picture(GREY)
     view.resize(width, 900)
     qapp.processEvents()

@@ -156,14 +156,20 @@ class TestSifting:
         assert self.visible(panel) == {"reach"}
         assert "Stereo" not in words(panel)
 
-    def test_only_what_differs(self, qtbot, panel):
-        panel.set_settings(Example(window=9), Example())
-        qtbot.mouseClick(panel.only_changed, LEFT)
-        assert self.visible(panel) == {"window"}
-        assert panel.only_changed.text() == "1 changed"
-        qtbot.mouseClick(panel.line("window").revert_button, LEFT)
-        assert self.visible(panel) == set()
-        assert "No parameter differs" in words(panel)
+    def test_what_differs_is_pinned_to_the_top_and_goes_back(self, qtbot, panel):
+        def order():
+            lines = [panel.line(row.name) for row in Example.rows()]
+            return [one.row.name for one in sorted(lines, key=lambda line: line.y())]
+
+        assert order()[0] == "window"
+        panel.line("mode").editor.setFocus()
+        qtbot.keyClick(panel.line("mode").editor, Qt.Key.Key_Down)
+        assert order() == ["mode", "window", "edges", "reach"]
+        assert panel.changed_words.text() == "1 changed from the preset"
+        assert panel.line("mode").editor.hasFocus(), "whoever changes it again need not look for it"
+        qtbot.mouseClick(panel.line("mode").revert_button, LEFT)
+        qtbot.waitUntil(lambda: order() == ["window", "edges", "reach", "mode"])  # by group
+        assert not panel.changed_words.isVisible()
 
 
 class TestPresets:

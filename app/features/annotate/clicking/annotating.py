@@ -65,6 +65,16 @@ class Annotating:
             self._facts = (frame, {click.key: click for click in found})
         return self._facts[1]
 
+    def used_clicks(self) -> tuple[Click, ...]:
+        """The same, without cameras that are left out."""
+        unused = self.unused()
+        return tuple(one for one in self.clicks().values() if one.camera not in unused)
+
+    def unused(self) -> frozenset[str]:
+        """Cameras that are left out of triangulation, fit and export."""
+        project = self._project.project
+        return project.marks.unused_cameras() if project is not None else frozenset()
+
     def blind(self) -> bool:
         return self.repeats is not None and self.repeats.active == self._document.frame
 
@@ -86,7 +96,7 @@ class Annotating:
         return clicks.get(self.choice.touched or here, clicks.get(here))
 
     def held(self) -> ClickKey | None:
-        """The click that arrow keys move: the last one, until the frame changes or it is let go."""
+        """The click that Alt+arrows move: the last one, until the frame changes or it is let go."""
         touched = self.choice.touched
         click = self.clicks().get(touched) if touched is not None else None
         return click.key if click is not None and click.position is not None else None
@@ -120,7 +130,7 @@ class Annotating:
         self.choose(names[(names.index(self.choice.landmark) + by) % len(names)])
 
     def pick(self, key: ClickKey) -> None:
-        """Take a click in hand: keys act on it, arrow keys move it."""
+        """Take a click in hand: keys act on it, Alt+arrows move it."""
         if key in self.clicks():
             self._choose(Choice(key.landmark, key, picked=True))
 
@@ -285,6 +295,12 @@ class Annotating:
                     self._advance_from(taken[-1].key, new=True)
             if accepted.left_open:
                 self._say(accepted.words())
+
+    def confirm(self, one: Prediction) -> None:
+        """Let a prediction be a click that a person has looked at, however uncertain it was."""
+        with self._as_one():
+            if self._edit(click_edits.accept_points((one,), even_deleted=True)):
+                self._advance_from(one.key, new=True)
 
     def swap(self, found: Swap) -> None:
         """Exchange two landmarks in the cameras where they were mixed up; one edit."""

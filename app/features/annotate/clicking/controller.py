@@ -22,6 +22,7 @@ from ....widgets.tables.landmarks_panel import LandmarksPanel
 from ....widgets.tables.panels import BodyPanel
 from .annotating import Annotating
 from .choosing import ADVANCES, Advance
+from .doubtful import DoubtfulWalk
 from .facts import AnnotationFacts
 from .marks import (
     fit_words,
@@ -78,7 +79,6 @@ class SwapOffers:
 
 _ADVANCE = "annotate/advance"
 _GOES_ON = "annotate/goes_on"
-_ASKS = "annotate/asks"
 _DEPTH = "annotate/depth"
 
 
@@ -95,11 +95,11 @@ class ClickController:
         self.annotating = Annotating(context, self.camera_at_hand, self._cameras)
         self.proposals = ProposalPresenter(context, self.annotating)
         self.facts = AnnotationFacts(context, self.annotating, self._all_cameras, self.proposals)
+        self.walk = DoubtfulWalk(context, self.annotating, self.proposals, self.go_to)
         self._offers = SwapOffers(self.annotating.swap)
         stored = stored_text(context.settings, _ADVANCE)
         self.annotating.advance = next((name for name in ADVANCES if name == stored), "landmark")
         self.annotating.goes_on = bool(context.settings.value(_GOES_ON, False, type=bool))
-        self.proposals.set_asks(bool(context.settings.value(_ASKS, False, type=bool)))
         self.facts.use_depth = bool(context.settings.value(_DEPTH, True, type=bool))
         self.body.with_depth.setChecked(self.facts.use_depth)
         self._connect()
@@ -119,7 +119,7 @@ class ClickController:
         watch(
             Part.DOUBTS | Part.HINTS | Part.PROPOSALS, partial(context.docks.redraw.soon, self.show)
         )
-        watch(Part.CLICKS | Part.CHOICE, self._on_annotated)
+        watch(Part.CLICKS | Part.CHOICE, self.show)
         watch(Part.EDITS, self.annotating.end_nudging)
         session.changes.hear(Part.MOVED, self.annotating.choose_moved)
         watch(Part.WINDOW_CLOSING, self.facts.close)
@@ -165,14 +165,15 @@ class ClickController:
             known = facts.landmark_set.names
             chosen = known.index(facts.chosen) if facts.chosen in known else -1
             self.landmarks.show_rows(names, landmark_rows(facts, cameras), chosen)
-            self.body.show_body(fit_words(facts), (*limb_rows(facts), *length_rows(facts)))
+            words = (*self._left_out(facts.views), *fit_words(facts))
+            self.body.show_body(words, (*limb_rows(facts), *length_rows(facts)))
             state.show_fit(FittedBody(fit.question.frame, fit.meshes) if fit is not None else None)
         self._context.actions.refresh_soon()
         return True
 
-    def _on_annotated(self) -> None:
-        if self.show():  # arrow keys that follow a click at once move it
-            self._context.actions.refresh("&Annotate/Nudge")
+    def _left_out(self, views: Mapping[str, str]) -> tuple[str, ...]:
+        names = [views.get(camera, camera) for camera in sorted(self.annotating.unused())]
+        return (f"Left out: {', '.join(names)}.",) if names else ()
 
     def _show_offers(self) -> None:
         hints = self.facts.hints() if self.active else None
@@ -184,13 +185,22 @@ class ClickController:
 
     # ---- what a person does
 
-    def nudge(self, x: float, y: float) -> None:
+    def nudge(self, way: tuple[int, int], pixels: float, on_screen: float) -> None:
+        """Move the crosshair by pixels of the screen; without one, the click in hand by pixels."""
+        if (view := self.walk.aimed()) is not None:
+            view.move_crosshair(on_screen * way[0], on_screen * way[1])
+            return
         held = self.annotating.held()
         for tile in self._views.tiles.values():
             picture = tile.camera.picture
             if held is not None and picture is not None and picture.camera == held.camera:
-                self.annotating.nudge(*tile.camera.raw_direction(x, y))
+                x, y = tile.camera.raw_direction(pixels * way[0], pixels * way[1])
+                self.annotating.nudge(x, y)
                 return
+
+    def let_go(self) -> None:
+        self.walk.end()
+        self.annotating.let_go()
 
     def why_no_annotating(self) -> str:
         why_not = self._session.no_edit()
@@ -202,22 +212,20 @@ class ClickController:
         remedy = "Show the reference image (Shift+F2) or the left image (F2)."
         return unless(self.camera_at_hand(), f"This view shows no camera image. {remedy}")
 
-    def predictions(self, *, everywhere: bool) -> tuple[Prediction, ...]:
+    def predicted(self, *, everywhere: bool) -> tuple[Prediction, ...]:
+        """Predictions to be accepted, in the view at hand or all: of what nobody has clicked."""
         facts, clicks = self.facts.now(), self.annotating.clicks()
         cameras = self._cameras() if everywhere else [self.camera_at_hand()]
         here = (one for camera in cameras for one in predictions_in(facts, camera))
-        return tuple(one for one in here if one.landmark == facts.chosen and one.key not in clicks)
+        return tuple(one for one in here if one.key not in clicks)
 
     def accept(self, *, everywhere: bool) -> None:
-        self.annotating.accept(self.predictions(everywhere=everywhere))
-
-    def accept_proposals(self, *, everywhere: bool) -> None:
-        self.annotating.accept(self.proposed(everywhere=everywhere))
-
-    def proposed(self, *, everywhere: bool) -> tuple[Prediction, ...]:
-        """Proposals of what nobody has clicked: in the view at hand, or in all of them."""
-        here = self.camera_at_hand()
-        return tuple(one for one in self.proposals.now() if everywhere or one.camera == here)
+        """Accept what is sure, and go through the rest."""
+        doubtful = self.facts.now().asked
+        found = self.predicted(everywhere=everywhere)
+        self.annotating.accept(tuple(one for one in found if one.key not in doubtful))
+        if everywhere:
+            self.walk.begin()
 
     def choose_advance(self, name: Advance) -> None:
         self.annotating.set_advance(name)
@@ -227,9 +235,12 @@ class ClickController:
         self.annotating.goes_on = not self.annotating.goes_on
         self._context.settings.setValue(_GOES_ON, self.annotating.goes_on)
 
-    def toggle_asking(self) -> None:
-        self.proposals.set_asks(not self.proposals.asks)
-        self._context.settings.setValue(_ASKS, self.proposals.asks)
+    def ask_wanted(self) -> None:
+        field = NumberField(minimum=1.0, maximum=500.0, singleStep=1.0, suffix=" mm")
+        field.show_stored(self.proposals.wanted_mm())
+        use = self.proposals.set_wanted
+        text = "Root mean square error of a frame's landmarks up to which clicks are asked for."
+        ask_for_number(self._context.docks.dialog_parent, "Wanted accuracy", text, field, use)
 
     def ask_sigma(self) -> None:
         click = self.annotating.at_hand()

@@ -96,6 +96,7 @@ class AnnotationFacts:
     def now(self) -> FrameMarks:
         frame, annotating, project = self._document.frame, self._annotating, self._project.project
         at_hand = annotating.at_hand() if self._active else None
+        recording = self._document.recording
         return FrameMarks(
             frame=frame,
             clicks=tuple(annotating.clicks().values()),
@@ -104,6 +105,8 @@ class AnnotationFacts:
             at_hand=at_hand.key if at_hand is not None else None,
             held=annotating.held(),
             predictions=(*self._kept(frame), *self.proposals.now()),
+            asked=frozenset(one.key for one in self.proposals.doubtful()),
+            accuracy=self.proposals.words(),
             hints=self.hints(),
             fit=self._best_fit(),
             views=self.view_names(),
@@ -111,6 +114,7 @@ class AnnotationFacts:
             if self._active
             else {},
             doubtful=self._compared.now,
+            calibrated=recording is None or not recording.guessed,
             accepted_sigma=ACCEPTED_SIGMA if project is None else accepted_sigma(project),
         )
 
@@ -135,7 +139,7 @@ class AnnotationFacts:
     def _on_changed(self, changed: Changed) -> None:
         if "repeat_click" in changed.tables:
             self._measured = None
-        if changed.tables & {"choice", "subject"}:
+        if changed.tables & {"choice", "subject", "camera_use"}:
             self.ask()
 
     def _forget(self) -> None:
@@ -156,7 +160,7 @@ class AnnotationFacts:
 
     def _hint_question(self) -> frame_clicks.HintQuestion | None:
         recording = self._document.recording
-        clicks = tuple(self._annotating.clicks().values())
+        clicks = self._annotating.used_clicks()
         if recording is None or recording.guessed or not self._active or not clicks:
             return None
         return frame_clicks.HintQuestion(
@@ -174,7 +178,7 @@ class AnnotationFacts:
         own = project.subject() if project is not None else None
         return {
             "frame": self._document.frame,
-            "clicks": tuple(annotating.clicks().values()),
+            "clicks": annotating.used_clicks(),
             "landmark_set": annotating.landmark_set,
             "proportions": proportions_of(own if own is not None else recording.subject),
             "sigmas": self._measured,
@@ -183,7 +187,7 @@ class AnnotationFacts:
     def _best_fit(self) -> frame_clicks.ShownFit | None:
         """The fit with measured points if it is of the present clicks, else the quick one."""
         frame = self._document.frame
-        deep, clicks = self._deep.at(frame), tuple(self._annotating.clicks().values())
+        deep, clicks = self._deep.at(frame), self._annotating.used_clicks()
         if deep is not None and self.use_depth and deep.question.clicks == clicks:
             return deep
         return self._fit.at(frame)
@@ -202,7 +206,7 @@ class AnnotationFacts:
         if recording is None or recording.guessed or not self._worth_fitting():
             return None
         names = {view.image.camera for view in recording.views}
-        names |= {click.camera for click in self._annotating.clicks().values()}
+        names |= {click.camera for click in self._annotating.used_clicks()}
         return frame_clicks.FitQuestion(
             **self._known(recording),
             cameras={name: one for name, one in recording.cameras.items() if name in names},
@@ -212,7 +216,7 @@ class AnnotationFacts:
         )
 
     def _worth_fitting(self) -> bool:
-        positions = [click for click in self._annotating.clicks().values() if click.position]
+        positions = [click for click in self._annotating.used_clicks() if click.position]
         return self._active and not self._document.playing and len(positions) >= FEWEST
 
     def _wants_depth(self) -> bool:

@@ -9,7 +9,6 @@ import numpy as np
 
 from stereotrack_core.annotation.accepting import ACCEPTED_SIGMA, is_certain, pixel_scale
 from stereotrack_core.annotation.click import (
-    ACCEPTED,
     UNCERTAIN,
     USUAL_SIGMA,
     Click,
@@ -50,8 +49,11 @@ class FrameMarks:
     landmark_set: LandmarkSet
     chosen: str
     at_hand: ClickKey | None = None
-    held: ClickKey | None = None  # the click that keys act on; that arrow keys move
+    held: ClickKey | None = None  # the click that keys act on; that Alt+arrows move
     predictions: tuple[Prediction, ...] = ()
+    asked: frozenset[ClickKey] = frozenset()
+    accuracy: str = ""
+    """Proposals that shall be looked at; how accurate the frame is, in words."""
     hints: ClickHints | None = None
     fit: ShownFit | None = None
     views: Mapping[str, str] = field(default_factory=dict)
@@ -59,6 +61,7 @@ class FrameMarks:
     offers: Mapping[str, str | None] = field(default_factory=dict)
     """The landmark that the next click in an image that is shown places; None: it places none."""
     doubtful: Disagreement | None = None  # A camera that contradicts the others over all clicks
+    calibrated: bool = True  # the cameras are known, so that a body can be fitted to clicks
     accepted_sigma: float = ACCEPTED_SIGMA
     """Largest standard deviation of predictions that are accepted, pixels at 480 lines."""
 
@@ -170,7 +173,7 @@ def _click_mark(facts: FrameMarks, click: Click) -> click_marks.ClickMark | None
         landmark=click.landmark, label=facts.label(click.landmark),
         colour=facts.colour(click.landmark), x=x, y=y,
         guessed=click.visibility == Visibility.GUESSED, doubted=click.flag == UNCERTAIN,
-        accepted=click.origin == ACCEPTED, outlier=click.key in facts.outliers,
+        accepted=click.accepted, outlier=click.key in facts.outliers,
         chosen=click.landmark == facts.chosen, at_hand=click.key == facts.at_hand,
         held=click.key == facts.held,
     )  # fmt: skip
@@ -193,7 +196,8 @@ def _prediction_marks(
             spread_px=float("nan") if one.sigma is None else one.sigma,
             chosen=chosen, proposed=one.source == PROPOSED,
             guessed=one.visibility == Visibility.GUESSED, opacity=_certainty(one.sigma, limit),
-            certain=is_certain(one, {camera.name: camera}, facts.accepted_sigma),
+            certain=one.key not in facts.asked
+            and is_certain(one, {camera.name: camera}, facts.accepted_sigma),
         )  # fmt: skip
         found.append(mark)
     return tuple(found)
@@ -249,7 +253,7 @@ def _certainty(sigma: float | None, limit: float) -> float:
 
 
 _OUTLIER = "The fit treats a click of this landmark as an outlier.", "warning"  # tip and colour
-_MOST_WORDS = 2
+_MOST_WORDS = 3
 _UNSURE_DEG = 10.0
 _MISFIT = 8.0
 """Usual sigmas that the clicks are off in the median from which the fit is called wrong."""
@@ -319,10 +323,16 @@ def fit_words(facts: FrameMarks) -> tuple[str, ...]:
     found = facts.doubtful
     if facts.fit is not None:
         said = (*_misfit(facts.fit), *_frame_words(facts, facts.fit))
+        if facts.accuracy:
+            said = (facts.accuracy, *said)
         if found is not None:  # the rest follows from the camera that contradicts the others
             said = (f"{what_disagrees(found, facts.views)}. {what_to_do(found)}", *said)
         more = len(said) - _MOST_WORDS
         return (*said[:_MOST_WORDS], f"and {more} more") if more > 0 else said
+    if facts.accuracy:
+        return (facts.accuracy,)
+    if not facts.calibrated:
+        return ("No calibration: clicks are kept, and no body is fitted to them.",)
     positions = sum(click.position is not None for click in facts.clicks)
     if positions >= FEWEST:
         return ("Fitting the body to the clicks …",)

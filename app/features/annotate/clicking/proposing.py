@@ -3,22 +3,23 @@
 import threading
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import pairwise
+from math import sqrt
 
 import numpy as np
 
 from stereotrack_core.annotation.click import Click, ClickKey, Prediction
 from stereotrack_core.annotation.follow import MOST_FRAMES, follow_clicks
 from stereotrack_core.annotation.follow_body import BodyStep, FollowedBody, follow_body, told_by
-from stereotrack_core.annotation.landmark_filter import ProposalQuestion
+from stereotrack_core.annotation.landmark_filter import WANTED_MM, ProposalQuestion
 from stereotrack_core.annotation.propose import Proposals, Proposer
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.project.history import Changed
-from stereotrack_core.project.prefilling import clicks_around
+from stereotrack_core.project.prefilling import accepted_sigma, clicks_around
 from stereotrack_core.project.selection import gaps_of
 from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.recording.reader import FrameReader
@@ -31,6 +32,7 @@ from ....session.runs import RunEntry
 from .annotating import Annotating
 
 _SOON_MS = 20
+_WANTED = "wanted_mm"
 _CHAIN = 4  # clicked frames before and after from which the body is followed, one to the next
 
 
@@ -62,7 +64,6 @@ class ProposalPresenter:
         self._document, self._project = session.document, session.project
         self._tell = partial(session.changes.tell, Part.PROPOSALS)
         self._active = False
-        self.asks = False
         self._run: RunEntry | None = None
         self._motion: Mapping[int, FloatArray] = {}
         self._cameras: Mapping[str, Camera] = {}
@@ -79,18 +80,37 @@ class ProposalPresenter:
         )
         # the click or the picture is painted first
         self._soon = session.later(self._ask, _SOON_MS)
-        session.changes.watch(Part.CLICKS | Part.PLAYING, self._soon.start)
+        session.changes.watch(Part.CLICKS | Part.PLAYING | Part.KEYPOINTS, self._soon.start)
         session.changes.hear(Part.EDIT, self._on_changed)
         session.changes.watch(PROJECT | RECORDING, self._forget)
 
     # ---- what is known
 
+    def _known_now(self) -> Proposals | None:
+        return self.answer.at(self._document.frame) if self._wanted() else None
+
     def now(self) -> tuple[Prediction, ...]:
-        known = self.answer.at(self._document.frame) if self._wanted() else None
-        if known is None:
+        known, clicks = self._known_now(), self._annotating.clicks()
+        found = known.predictions if known is not None else ()
+        return tuple(one for one in found if one.key not in clicks)
+
+    def doubtful(self) -> tuple[Prediction, ...]:
+        """Proposals of this frame to be looked at one by one, the most telling first."""
+        known, project, recording = (
+            self._known_now(),
+            self._project.project,
+            self._document.recording,
+        )
+        if known is None or project is None or recording is None:
             return ()
         clicks = self._annotating.clicks()
-        return tuple(one for one in known.predictions if one.key not in clicks)
+        found = known.doubtful(recording.cameras, accepted_sigma(project))
+        return tuple(one for one in found if one.key not in clicks)
+
+    def words(self) -> str:
+        """How accurate the frame is, and how many clicks make it as accurate as is wanted."""
+        known = self._known_now()
+        return known.words() if known is not None else ""
 
     def ahead(self) -> dict[int, frozenset[str]]:
         """Landmarks that are proposed, by frame: in the one that is shown and the one after it."""
@@ -112,8 +132,15 @@ class ProposalPresenter:
         self._active = active
         self._soon.start()
 
-    def set_asks(self, asks: bool) -> None:
-        self.asks = asks
+    def wanted_mm(self) -> float:
+        """Accuracy of a frame's landmarks up to which clicks are asked for, by project."""
+        project = self._project.project
+        stored = WANTED_MM if project is None else project.view_settings.get(_WANTED, WANTED_MM)
+        return float(stored)
+
+    def set_wanted(self, millimetres: float) -> None:
+        if self._project.project is not None:
+            self._project.project.view_settings.set(_WANTED, millimetres)
         self._soon.start()
 
     def set_run(self, run: RunEntry | None) -> None:
@@ -139,7 +166,7 @@ class ProposalPresenter:
         self._soon.start()
 
     def _on_changed(self, changed: Changed) -> None:
-        if changed.tables & {"choice", "landmark_set", "frame_flag"}:
+        if changed.tables & {"choice", "landmark_set", "frame_flag", "camera_use"}:
             self._around = None
             self.set_run(self._run)
         if changed.frames("click") - {self._document.frame}:
@@ -181,7 +208,7 @@ class ProposalPresenter:
     def _body_way(self, reader: Shared[FrameReader], frame: int) -> _Way | None:
         """Work for the next pair of frames between which the body was not followed yet."""
         recording, project = self._document.recording, self._project.project
-        if recording is None or project is None:
+        if recording is None or recording.guessed or project is None:
             return None
         clicks = self._known(frame)
         for start, end in self._pairs(frame, clicks):
@@ -250,19 +277,37 @@ class ProposalPresenter:
 
     def _question(self) -> ProposalQuestion | None:
         recording, frame = self._document.recording, self._document.frame
-        if recording is None or recording.guessed or not self._wanted():
+        if recording is None or not self._wanted():
             return None
-        around, own = self._clicks_around(), tuple(self._annotating.clicks().values())
+        around, own = self._clicks_around(), self._annotating.used_clicks()
         names = {one.camera for one in (*around, *own)} | set(self._annotating.shown_cameras())
-        if set(self._cameras) != names & set(recording.cameras):
+        names -= self._annotating.unused()
+        names &= frozenset() if recording.guessed else set(recording.cameras)
+        if set(self._cameras) != names:  # cameras that are guessed place nothing in the world
             self._cameras = {n: one for n, one in recording.cameras.items() if n in names}
         project = self._project.project
+        followed = (*self._found(frame), *self._detected(frame))
         return ProposalQuestion(
-            frame, own, around, self._found(frame), self._cameras,
+            frame, own, around, followed, self._cameras,
             self._annotating.landmark_set.names, recording.fps,
             project.click_sigmas() if project is not None else {}, self._motion,
-            self._steps_to(frame), self.asks,
+            self._steps_to(frame), self.wanted_mm(),
         )  # fmt: skip
+
+    def _detected(self, frame: int) -> tuple[Prediction, ...]:
+        """Kept predictions of detectors; off alike in all images, they tell only once."""
+        project = self._project.project
+        sources = project.keypoints.sources() if project is not None else {}
+        if project is None or not sources:
+            return ()
+        found = [
+            one for one in project.predictions.at(frame) if one.source in sources and one.sigma
+        ]
+        alike = Counter((one.source, one.landmark) for one in found)
+        return tuple(
+            replace(one, sigma=(one.sigma or 0.0) * sqrt(alike[one.source, one.landmark]))
+            for one in found
+        )
 
     def _clicks_around(self) -> tuple[Click, ...]:
         """Clicks of the clicked frames around the one that is shown, up to the next gap."""

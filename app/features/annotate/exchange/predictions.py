@@ -238,7 +238,7 @@ def _told(plan: DetectorImport) -> str:
         f"Will be imported: {kept} in {frames} of {facts['cameras']}, detector "
         f"{facts['detectors']}. Those of landmarks: {counted(facts['of_landmarks'], 'keypoint')}.",
         f"Left out: {plan.left_out_words()}.",
-        f"Will be proposed as clicks: {counted(plan.proposed, 'landmark')}.",
+        f"Will be predicted: {counted(plan.proposed, 'landmark')}.",
     ]
     lines += [f"{note[0].upper()}{note[1:]}." for note in plan.notes]
     if plan.replaced:

@@ -76,7 +76,7 @@ class PredictionWork:
             self._p.say(done)
             self._p.read_kept()
 
-        title = "proposing landmarks" if make is None else "filling predictions"
+        title = "predicting from clicks" if make is None else "filling predictions"
         self._job.run(Job(title, work, tell))
 
     def why_no_detection(self) -> str:
@@ -122,8 +122,8 @@ class PredictionWork:
             return fills[0].before, fills[0].after
 
         def say() -> None:
-            proposed = counted(fills[0].proposed, "landmark")
-            self._p.say(f"{proposed} proposed from the detector in {selection.words()}.")
+            found = counted(fills[0].proposed, "landmark")
+            self._p.say(f"{found} predicted from the detector in {selection.words()}.")
 
         self._keypoints.write(project, f"fill from detector in {selection.words()}", make, say)
 
@@ -177,9 +177,9 @@ _NOT_YET = (
     "Predictions do not become clicks until you accept them. They are no edit: undo leaves them."
 )
 _SOURCES: dict[Source, tuple[str, str, str, str, str]] = {
-    "proposed": ("annotate-propose", "Propose landmarks", "Propose what is not clicked in the "
+    "proposed": ("annotate-propose", "Predict from clicks", "Predict what is not clicked in the "
      "selected frames: from the clicks in them and around them, followed through the images of all "
-     f"views. {_NOT_YET}", "proposals", "is proposed"),
+     f"views. {_NOT_YET}", "predictions from clicks", "was predicted from clicks"),
     "fit": ("annotate-fill-fit", "Fill from the fit", "Predict landmarks in the selected frames "
      f"from the body fitted to the clicks. {_NOT_YET}",
      "points from the fit", "was filled from the fit"),
@@ -188,7 +188,7 @@ _SOURCES: dict[Source, tuple[str, str, str, str, str]] = {
      "points from the active run", "was filled from the tracker's active run"),
     "detector": ("annotate-fill-detector", "Fill from keypoints", "Predict landmarks in the "
      f"selected frames from the keypoints of the detectors. {_NOT_YET}",
-     "points from keypoints", "was filled from keypoints or proposed when they were imported"),
+     "points from keypoints", "was filled from keypoints, also when they were imported"),
 }  # fmt: skip
 """By source: the command that predicts, its text and tip; what is accepted, and what that is."""
 

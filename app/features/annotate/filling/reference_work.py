@@ -7,7 +7,8 @@ from functools import partial
 
 from stereotrack_core.annotation.fit.results import TrajectoryFit
 from stereotrack_core.annotation.fit.state import FitSettings
-from stereotrack_core.annotation.reference import Reference
+from stereotrack_core.annotation.reference import Reference, fit_of_reference
+from stereotrack_core.counting import in_words
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.fitting import (
     ShownReference,
@@ -25,6 +26,8 @@ from stereotrack_core.worker_processes import TaskProcess
 from ....session.jobs import Job, NewestJob, Task, TaskList
 
 _TAKING_IN_SECONDS = 1.5
+_SHORT_SECONDS = 10.0  # a fit under way for less is begun again without regret
+_DEPTH_SECONDS, _CLICK_SECONDS = 1.2, 0.05  # a frame, where nothing has been measured yet
 
 
 class ReferenceWork:
@@ -42,6 +45,7 @@ class ReferenceWork:
         self._recording: Recording | None = None
         self._frames = 0
         self._fitting, self._reading = NewestJob(tasks), NewestJob(tasks)
+        self._quick, self._quick_process = NewestJob(tasks), TaskProcess()
         self.now: ShownReference | None = None
         self.settings = FitSettings()
         self._process = TaskProcess()
@@ -50,11 +54,19 @@ class ReferenceWork:
     def fitting(self) -> bool:
         return self._fitting.busy
 
+    def lost_words(self) -> str:
+        """A fit that takes long and is not finished; empty without one."""
+        task = self._fitting.task if self.fitting else None
+        if task is None or task.seconds < _SHORT_SECONDS:
+            return ""
+        return f"the fit of the body to the clicks, under way for {in_words(task.seconds)}"
+
     def set_project(
         self, project: Project | None, recording: Recording | None, frames: int
     ) -> None:
-        self._fitting.cancel()
-        self._process.end()
+        for job, process in ((self._fitting, self._process), (self._quick, self._quick_process)):
+            job.cancel()
+            process.end()
         self._project, self._recording, self._frames = project, recording, frames
         self._show_stored()
 
@@ -69,6 +81,16 @@ class ReferenceWork:
         if self._recording.guessed:
             return "The calibration is a guess. Replace it with a calibration of these cameras."
         return "A fit is already running. Wait for it, or stop it." if self.fitting else ""
+
+    def how_long(self) -> str:
+        """``about 6 min``: time that a fit of the whole recording takes, by the last one made."""
+        views = () if self._recording is None else self._recording.views
+        depth = self.settings.use_depth and any(view.kind != "mono" for view in views)
+        each = _DEPTH_SECONDS if depth else _CLICK_SECONDS
+        made = self.now.reference if self.now is not None else None
+        if made is not None and made.meta.get("settings", {}).get("use_depth") == depth:
+            each = float(made.meta.get("seconds", 0.0)) / max(len(made.frame), 1) or each
+        return f"about {in_words(each * self._frames)}"
 
     def fit(self, frames: range | None = None) -> None:
         """Fit the whole recording, or only these frames with what they hang on."""
@@ -95,8 +117,33 @@ class ReferenceWork:
 
         self._fitting.run(Job("fitting the body to the clicks", work, keep))
 
+    def fit_clicked(self, done: Callable[[TrajectoryFit | None], None]) -> None:
+        """Fit the clicked frames alone, each from its clicks; a fraction of the time."""
+        project, recording = self._project, self._recording
+        if self.why_not() or project is None or recording is None:
+            return
+        every, settings = range(self._frames), replace(self.settings, use_depth=False)
+
+        def work(task: Task) -> TrajectoryFit | None:
+            def do(fit: Callable[..., TrajectoryFit]) -> TrajectoryFit:
+                cancelled, ask = task.token.cancelled, partial(fit_elsewhere, fit)
+                found: TrajectoryFit = self._quick_process(
+                    ask, lambda _frame: None, cancelled, listens=False
+                )
+                return found
+
+            made = fit_project(project, recording, every, settings, do, between=False)
+            clicks, landmarks = project.clicks.used(), project.landmark_set()
+            return fit_of_reference(made, landmarks, clicks, recording.cameras)
+
+        def keep(fit: TrajectoryFit | None) -> None:
+            if project is self._project and self.now is None:
+                done(fit)
+
+        self._quick.run(Job("fitting the clicked frames", work, keep))
+
     def follow(self, changed: Changed) -> None:
-        if changed.tables & {"reference", "choice", "landmark_set"}:
+        if changed.tables & {"reference", "choice", "landmark_set", "camera_use"}:
             self._show_stored()
         elif "click" in changed.tables:
             self._look_what_is_old(sorted(changed.frames()))
@@ -104,7 +151,8 @@ class ReferenceWork:
     def _look_what_is_old(self, frames: list[int]) -> None:
         if self._project is None or self.now is None or self.now.clicks is None:
             return
-        clicks = [click for frame in frames for click in self._project.clicks.at(frame)]
+        used = self._project.clicks.used
+        clicks = [click for frame in frames for click in used(frame, frame + 1)]
         self.now = replace(self.now, clicks=self.now.clicks.after_edit(frames, clicks))
         self._aged()
 
@@ -133,8 +181,8 @@ def how_far(done: int, of: int, seconds: float) -> tuple[float, str]:
     if done == 0:
         return 0.0, "preparing"
     if done < of and seconds < _TAKING_IN_SECONDS:
-        return 0.9 * done / of, f"frame {done} of {of} added"
-    return 0.0, f"forward and backward pass over the frames, {seconds:.0f} s"
+        return 0.9 * done / of, f"step 1 of 2, frame {done} of {of} added"
+    return 0.0, f"step 2 of 2, forward and backward pass over the frames, {seconds:.0f} s"
 
 
 def _fitted(

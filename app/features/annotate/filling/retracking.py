@@ -168,7 +168,7 @@ class Retracking:
     def _task_of(self, entry: RunEntry, run: Run, stretch: range, recording: Recording) -> Retrack:
         project, stored = self._session.project.project, _stored(entry)
         assert project is not None  # noqa: S101 - nothing is clicked without
-        clicks = project.clicks.between(stretch.start, stretch.stop)
+        clicks = project.clicks.used(stretch.start, stretch.stop)
         used = click_detections(
             [one for one in clicks if one.camera in recording.cameras],
             recording.cameras, project.click_sigmas(), str(project.path.resolve()),
@@ -285,7 +285,7 @@ class Personalising:
             return
         todo = Personalise(
             replace(recording, reference=None, subject=self._session.project.subject()),
-            project.clicks.all(), project.click_sigmas(), self._settings(), project.path.name,
+            project.clicks.used(), project.click_sigmas(), self._settings(), project.path.name,
             self._run(),
         )  # fmt: skip
         process, last = self._session.processes.trials, max(self._clicked.frames()) + 1

@@ -5,10 +5,15 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.annotation import OUTLIER_PX, AnnotationCase, seen_landmarks, simulated_clicks
 from stereotrack_core.recording.description import Recording, Stream, View
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 from tests.annotation.fit.scenes import CAMERAS, places
+from tests.annotation.simulated_clicks import (
+    OUTLIER_PX,
+    AnnotationCase,
+    seen_landmarks,
+    simulated_clicks,
+)
 
 TRUTH = np.array([places(k) for k in range(8)])
 VIEWS = tuple(View(name, "mono", Stream(name, f"{name}.mp4")) for name in CAMERAS)

@@ -1,26 +1,20 @@
-"""How accurate references fitted to clicks are: simulated clicks, fitted, against the truth.
+"""Simulated clicks, fitted and measured against the truth.
 
 A click is simulated where the truth's landmark is inside the reference image of a view and not
 hidden: the body of cones is put into the truth's pose, and a landmark is hidden where the line of
 sight meets the body's surface more than :data:`COVERED` before it. The fit sees the clicks, the
 images' depth and the subject's lengths, never the truth.
-
-``python benchmarks/annotation.py RECORDING ... --seeds 0,1,2``
 """
 
-import dataclasses
-import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from benchmarks.common import ended, parser_of, put_table, recordings_of, reference_within, say
 from stereotrack_core.annotation.click import Click, ClickKey
 from stereotrack_core.annotation.fit.context import pose_at, standing
 from stereotrack_core.annotation.fit.fit import ClickFit, Clouds
 from stereotrack_core.annotation.fit.state import FitSettings
-from stereotrack_core.annotation.fit.stretch import recorded_depth
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.annotation.predict import in_image
 from stereotrack_core.arrays import BoolArray
@@ -32,9 +26,6 @@ from stereotrack_core.evaluation.summary import Summary, errors_against, summari
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.landmarks import LANDMARKS
-from stereotrack_core.recording.reader import FrameReader
-from stereotrack_core.recording.selection import frames_within, seeds_of
-from stereotrack_core.tables import number
 
 COVERED = 0.15  # metres of flesh through which an annotator still sees where a joint is
 OUTLIER_PX = (30.0, 100.0)  # least and largest distance of an outlier
@@ -157,46 +148,3 @@ def annotated(
         found=len(clicks.outliers & flagged) / (len(clicks.outliers) or np.nan),
         accused=len(flagged & right) / (len(right) or np.nan),
     )
-
-
-def rows_of(recording: Recording, seeds: Sequence[int]) -> list[tuple[str, ...]]:
-    """Lines of the table: all cases with all seeds."""
-    rows = []
-    with recorded_depth(recording, FitSettings()) as depth:
-        made = None if depth is None else {int(k): depth(int(k)) for k in truth_of(recording).frame}
-    for case in CASES:
-        for seed in seeds if made is not None or not case.depth else ():
-            score = annotated(recording, case, seed, None if made is None else made.get)
-            names = ("upper_arms", "forearms", "torso_cross")
-            errors = (score.summary.measure(name).statistics.mean for name in names)
-            shares = (score.inside, score.limbs_inside, score.found, score.accused)
-            values = (*errors, *(100.0 * share for share in shares))
-            rows.append((recording.name, f"{case.name}, seed {seed}", *map(number, values)))
-            say(" ".join(rows[-1]))
-    return rows
-
-
-def main(arguments: Sequence[str] | None = None) -> None:
-    """Simulate clicks, fit them, and print the table."""
-    parser = parser_of(__doc__)
-    parser.add_argument("--seeds", default="0", help="comma-separated")
-    parser.add_argument("--frames", help="A:B, half-open (default: all)")
-    args = parser.parse_args(arguments)
-    rows = []
-    for recording in recordings_of(args):
-        with FrameReader(recording, read_ahead=0) as reader:
-            asked = frames_within(args.frames, reader.frame_count)
-        known = reference_within(recording, asked)
-        rows += rows_of(dataclasses.replace(recording, reference=known), seeds_of(args.seeds))
-    put_table(
-        "Fitted references; degrees, means over all frames, share inside their 95 % interval",
-        (
-            *("recording", "clicks", ">upper arms", ">forearms", ">cross axis"),
-            *(">inside 95 %", ">limbs inside", ">outliers found", ">false alarms"),
-        ),
-        rows,
-    )
-
-
-if __name__ == "__main__":
-    sys.exit(ended(main))

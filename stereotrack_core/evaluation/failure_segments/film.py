@@ -1,0 +1,136 @@
+"""A film strip of a failure: a cell for each view and frame, cropped to the limbs that fail."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from stereotrack_core.arrays import FloatArray, ImageArray
+from stereotrack_core.body.limbs import LIMB_ENDS
+from stereotrack_core.body.mesh import PartMesh, body_mesh
+from stereotrack_core.evaluation.failure_segments.drawing import (
+    Window,
+    draw_body,
+    draw_reference,
+)
+from stereotrack_core.evaluation.failure_segments.segment import FailureSegment
+from stereotrack_core.evaluation.summary import points_at
+from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.recording.description import Recording, View
+from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
+from stereotrack_core.recording.reader import FrameReader, FrameSet
+from stereotrack_core.tracking.frame import Run
+from stereotrack_core.tracking.stored import body_of_run, pose_of_run
+
+CELL = 200  # pixels of a cell's sides
+_COLUMNS = 5
+_AROUND = 0.2  # seconds before and after a failure that are shown as well
+_ROOM = 0.15  # metres around the limbs that are shown as well
+_SMALLEST = 16.0  # pixels of the picture that a cell shows at least
+
+
+@dataclass(frozen=True, eq=False)
+class FilmCell:
+    """One view of a frame."""
+
+    view: str
+    camera: str
+    frame: int
+    window: Window
+    quarter_turns: int  # clockwise, by which the pictures are turned upright
+    pictures: tuple[ImageArray, ...]  # (CELL, CELL, 3) BGR, of each run and of the reference
+
+    def pixel_at(self, x: float, y: float) -> tuple[float, float]:
+        """Pixel of the camera's image at a place of the cell, 0 to 1 in both directions."""
+        for _ in range(self.quarter_turns):
+            x, y = y, 1.0 - x
+        across, down = x * self.window.width - 0.5, y * self.window.height - 0.5
+        scale = self.window.scale
+        return self.window.left + across / scale, self.window.top + down / scale
+
+    def place_of(self, pixel: tuple[float, float]) -> tuple[float, float]:
+        """Place in the cell, 0 to 1 in both directions, of a pixel of the camera's image."""
+        shown = self.window.of(np.array(pixel))
+        x, y = (shown + 0.5) / (self.window.width, self.window.height)
+        for _ in range(self.quarter_turns):
+            x, y = 1.0 - y, x
+        return float(x), float(y)
+
+
+def film_frames(failure: FailureSegment, fps: float, count: int) -> tuple[int, ...]:
+    """Evenly spread frames of a failure and a little around it, with the worst one."""
+    around = max(1, round(_AROUND * fps))
+    first, last = max(failure.first - around, 0), min(failure.last + around, count - 1)
+    spread = np.round(np.linspace(first, last, min(_COLUMNS, last - first + 1))).astype(int)
+    nearest = int(np.argmin(np.abs(spread - failure.peak_frame)))
+    spread[nearest] = failure.peak_frame
+    return tuple(np.unique(spread).tolist())
+
+
+@dataclass(frozen=True, eq=False)
+class Film:
+    """What a strip shows: the runs and the reference, one at a time."""
+
+    recording: Recording
+    runs: tuple[Run, ...]
+    reference: LandmarkTrajectory | None
+    limbs: tuple[str, ...]
+    frames: tuple[int, ...]
+
+    def cells(self, reader: FrameReader) -> tuple[FilmCell, ...]:
+        """The cells, view by view and in each by frames."""
+        windows = {view.name: self._window(view) for view in self.recording.views}
+        found: dict[str, list[FilmCell]] = {view.name: [] for view in self.recording.views}
+        for frame in self.frames:
+            images, bodies = reader.frame_set(frame), [self._body(run, frame) for run in self.runs]
+            for view in self.recording.views:
+                window = windows[view.name]
+                pictures = self._pictures(images, view, window, bodies)
+                turns = (view.display_rotation // 90) % 4
+                upright = (np.ascontiguousarray(np.rot90(one, -turns)) for one in pictures)
+                camera = view.image.camera
+                cell = FilmCell(view.name, camera, frame, window, turns, tuple(upright))
+                found[view.name].append(cell)
+        return tuple(cell for row in found.values() for cell in row)
+
+    def _body(self, run: Run, frame: int) -> list[PartMesh]:
+        rows = np.flatnonzero(run.frame == frame)
+        pose = pose_of_run(run, int(rows[0])) if len(rows) else None
+        return [] if pose is None else list(body_mesh(body_of_run(run), pose))
+
+    def _pictures(
+        self, images: FrameSet, view: View, window: Window, bodies: Sequence[Sequence[PartMesh]]
+    ) -> list[ImageArray]:
+        camera, seen = self.recording.reference_camera(view), images.views.get(view.name)
+        plain = np.full((window.height, window.width, 3), 60, dtype=np.uint8)
+        if seen is not None:
+            plain = window.cut(seen.image)
+        drawn = [plain.copy() for _ in bodies]
+        for picture, meshes in zip(drawn, bodies, strict=True):
+            draw_body(picture, camera, window, meshes, thick=self.limbs)
+        if self.reference is not None:
+            truth = points_at(self.reference, np.array([images.index]))[0]
+            drawn.append(plain.copy())
+            draw_reference(drawn[-1], camera, window, truth)
+        return drawn
+
+    def _window(self, view: View) -> Window:
+        """Square part of a view's picture that has the limbs in all frames and runs."""
+        camera: Camera = self.recording.reference_camera(view)
+        ends = sorted({name for limb in self.limbs for end in LIMB_ENDS[limb] for name in end})
+        rows = [LANDMARKS.index(name) for name in ends] or list(range(len(LANDMARKS)))
+        frames = np.array(self.frames)
+        known = [run.trajectory() for run in self.runs]
+        known += [] if self.reference is None else [self.reference]
+        points = np.concatenate([points_at(one, frames)[:, rows].reshape(-1, 3) for one in known])
+        corners = _ROOM * np.array([[1, 1, 1], [-1, -1, -1], [1, -1, 0], [-1, 1, 0]])
+        pixels: FloatArray = camera.project((points[:, None] + corners).reshape(-1, 3))
+        pixels = pixels[np.isfinite(pixels).all(axis=1)]
+        whole = np.array([camera.width, camera.height], dtype=np.float64)
+        if len(pixels):
+            low, high = (np.clip(ends, 0.0, whole) for ends in (pixels.min(0), pixels.max(0)))
+        if not len(pixels) or (high - low < _SMALLEST).any():
+            low, high = np.zeros(2), whole
+        side, middle = float((high - low).max()), (low + high) / 2.0
+        left, top = (middle - side / 2.0).tolist()
+        return Window(left, top, CELL / side, CELL, CELL)

@@ -1,0 +1,97 @@
+"""Remedies of a failure: tried, ranked, checked where the run was good, stopped, used."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from app.session import remedies
+from app.session.runs import entry_of_run
+from stereotrack_core.evaluation.failure_segments import find
+from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.tuning.remedy import Change
+from tests.gui.made_runs import made_run
+
+SETTINGS = preset("fast").replaced(
+    fit_shape=False, detector="off", search_proposals=30, search_refined=1, data_points=300,
+    pixel_step=1, speckle_size=0, max_unexplained_fraction=1.0,
+)  # fmt: skip
+
+
+@pytest.fixture
+def failing(shown, small_recording):
+    """A session whose active run has lost the arms in frames 1 to 3."""
+    session = shown.session
+    session.open(small_recording)
+    shown.until(lambda: session.project.project is not None and session.settled())
+    run = made_run(session.document.recording, off=0.05, wild=(1, 2, 3))
+    entry = entry_of_run(run, Path("wild.npz"))
+    entry.settings = SETTINGS
+    session.runs.add(entry)
+    shown.until(lambda: session.settled() and bool(session.failures.listed))
+    session.failures.choose(next(e for e in session.failures.listed if e.found == "truth"))
+    return session
+
+
+def changed(_settings, names):
+    assert "search_proposals" in names
+    other = SETTINGS.replaced(arms_apart=0.0)
+    return Change("more candidates", SETTINGS.replaced(search_proposals=40)), Change("no", other)
+
+
+def test_changes_are_ranked_and_the_best_checked_on_good_frames(shown, failing, monkeypatch):
+    monkeypatch.setattr(remedies, "changes", changed)
+    monkeypatch.setattr(remedies, "_GOOD_SECONDS", 0.1)
+    monkeypatch.setattr(find, "_APART", 0.1)
+    before = failing.runs.entries
+    failing.remedies.find("remedy")
+    shown.until(failing.settled)
+    tried = failing.remedies.tried
+    assert [one.gain for one in tried.remedies] == sorted(o.gain for o in tried.remedies)[::-1]
+    assert len(tried.remedies) == tried.count == 3
+    assert "no change" in [one.change.words for one in tried.remedies]
+    assert (tried.good, failing.runs.entries) == (3, before)
+    best = tried.remedies[0]
+    assert best.gain == pytest.approx(tried.error - best.error)
+    assert best.gain > 10.0, "the tracker itself does not lose the arms of a T pose"
+    assert best.harm is not None
+    assert sorted(best.entry.frames) == list(tried.stretch)
+    assert best.change.words in failing.remedies.words() or not remedies.is_harmless(best)
+
+    failing.remedies.show(best)
+    assert failing.runs.front is best.entry
+    assert best.entry.kind == "trial"
+    failing.remedies.use(best)
+    assert failing.track.settings == best.change.settings
+
+
+def test_it_is_stopped_at_any_time_and_what_was_tried_stays(shown, failing):
+    failing.remedies.find("parts")
+    shown.until(lambda: bool(failing.remedies.tried.remedies))
+    failing.remedies.stop()
+    shown.until(failing.settled)
+    assert 0 < len(failing.remedies.tried.remedies) < failing.remedies.tried.count
+    views = [one for one in failing.remedies.tried.remedies if one.change.views]
+    assert all(len(one.change.views) == 1 for one in views)
+    assert shown.messages == [], "to be stopped is no error"
+
+
+def test_reasons_of_failures_are_found_and_counted(shown, failing):
+    assert failing.failures.why_no_reasons() == ""
+    failing.failures.find_reasons()
+    shown.until(failing.settled)
+    found = [e for e in failing.failures.listed if e.reason is not None]
+    assert found, "the step in which the failure begins was recorded with the true arms"
+    assert found[0].parameters[: len(found[0].reason.parameters)] == found[0].reason.parameters
+
+
+def test_without_a_failure_or_settings_it_is_said_why_not(shown, failing):
+    failing.failures.choose(None)
+    failing.document.go_to(7)
+    assert "Select a failure" in failing.remedies.why_not()
+    failing.remedies.find("remedy")
+    assert failing.remedies.tried is None
+    active = failing.runs.active
+    active.settings = None
+    assert "does not state" in failing.remedies.why_not()
+    active.settings = replace(SETTINGS)
