@@ -1,4 +1,4 @@
-"""What repairs a failure: other settings tried on it, the best ones on stretches that were good."""
+"""Remedies of a failure: other settings tried on it, the best also on stretches that were good."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ def arms_measure(entry: RunEntry, truth: Truth | None, stretch: range) -> float:
 
 @dataclass(frozen=True, eq=False)
 class _Search:
-    """What is tried, in another thread; the run's entry is a copy of its own."""
+    """The changes to try, in another thread; the run's entry is a copy of its own."""
 
     tried: Tried
     changes: tuple[Change, ...]

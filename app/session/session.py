@@ -194,7 +194,7 @@ class Session(Base):
         return not self.track.running and all(part.settled() for part in parts)
 
     def would_be_lost(self) -> tuple[str, ...]:
-        """What could not be brought back after quitting, in words."""
+        """Sentences on work that quitting would lose; empty where nothing would be lost."""
         return tuple(words for lost in self.losses if (words := lost()))
 
     def _lost_runs(self) -> str:

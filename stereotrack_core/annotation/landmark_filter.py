@@ -125,7 +125,7 @@ class Rig:
         )
 
     def _sigma(self, click: Click, alike: int) -> float:
-        """What was accepted in so many images is off in all of them alike: it tells once."""
+        """Accepted places are off in all images alike, so that several tell no more than one."""
         sigma = STEADY * sigma_of(click, self.sigmas)
         if not click.accepted or click.camera not in self._camera:
             return sigma

@@ -113,7 +113,7 @@ class Pair:
 
 @dataclass(frozen=True, eq=False)
 class TrueArms:
-    """What the search would have said of the true arms, on the body that following has found."""
+    """Cost of the true arms in the search, on the body that following has found."""
 
     given: Pair  # as a reference or clicks have them
     refined: Pair  # after the correction that every pair of the search gets

@@ -59,10 +59,7 @@ def test_keys_go_to_the_worst_frame_and_a_loop_stays_in_the_failure(reviewing, q
     assert reviewing.context.session.document.frame in (1, 2, 3)
     evidence = reviewing.features.review.failures.panel.evidence
     assert evidence.isVisible()
-    assert not evidence.picture.isNull()
-    said, _, below = evidence.toHtml().partition("<img")
-    assert "Frames 1 to 3" in said
-    assert below, "the picture comes after the evidence"
+    assert "Frames 1 to 3" in evidence.toPlainText()
 
     seen = frames_shown(reviewing)
     QTest.keyClick(reviewing, Qt.Key.Key_Space, SHIFT)

@@ -8,14 +8,11 @@ from typing import TypeAlias
 
 import numpy as np
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QColor
 from PySide6.QtWidgets import QStackedWidget
 
-from stereotrack_core.arrays import FloatArray, ImageArray, IntArray
+from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.counting import counted
 from stereotrack_core.evaluation.accuracy import arms_good_to
-from stereotrack_core.evaluation.failure_segments.drawing import Paper, evidence_picture
-from stereotrack_core.evaluation.failure_segments.find import FailureSearch
 from stereotrack_core.evaluation.failure_segments.reasons import reasons_words
 from stereotrack_core.evaluation.failure_segments.segment import (
     CAUSE_WORDS,
@@ -23,16 +20,13 @@ from stereotrack_core.evaluation.failure_segments.segment import (
     has_signs,
     limbs_words,
 )
-from stereotrack_core.recording.description import Recording, Segment
+from stereotrack_core.recording.description import Segment
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
-from stereotrack_core.recording.reader import FrameReader
 
 from ...context import Context
 from ...services.actions import Command, Menu
 from ...services.docks import Workspace
 from ...session.changes import PROJECT, RECORDING, Part
-from ...session.document import Shared
-from ...session.jobs import LatestOnly
 from ...session.judgement import LOST_SHARE, MEASURED_LIMBS, Judgement, measure_of, with_quality
 from ...session.runs import RunEntry
 from ...session.session import Session, Snapshot
@@ -40,7 +34,6 @@ from ...widgets.plots.limb_plots import ErrorPlot
 from ...widgets.plots.plots import Curve, Emphasis
 from ...widgets.style.building import label
 from ...widgets.style.colours import EXTRA_COLOURS, LIMB_COLOURS, LineStyle, limb_words
-from ...widgets.style.theme import current_theme
 from ...widgets.tables.failures_panel import FailuresPanel
 from ...widgets.timeline.lanes import Lane, Span
 from .remedies import RemedyController
@@ -266,26 +259,6 @@ def lanes_of_failures(failures: Sequence[FailureSegment]) -> tuple[Lane, ...]:
     return tuple(lanes)
 
 
-@dataclass(frozen=True, eq=False)
-class _Wanted:
-    """A picture of a failure that is to be drawn."""
-
-    search: FailureSearch
-    recording: Recording
-    failure: FailureSegment
-    reader: Shared[FrameReader]
-    paper: Paper
-
-    def drawn(self) -> ImageArray:
-        with self.reader.used() as reader:
-            return evidence_picture(self.search, self.recording, self.failure, reader, self.paper)
-
-
-def _bgr(colour: str) -> tuple[int, int, int]:
-    shown = QColor(colour)
-    return shown.blue(), shown.green(), shown.red()
-
-
 _NOT_JUDGED = (
     "Without depth, failures are detected against a reference alone. Choose one under Track, "
     "Errors against."
@@ -306,15 +279,9 @@ class FailureController:
         )
         context.docks.add("failures", "Failures", self.panel)
         self._lanes: tuple[FailureSegment, ...] = ()
-        self._pictured: _Wanted | None = None
-        self._pictures = LatestOnly(
-            context.tasks, _Wanted.drawn, "draw failures", self._on_picture, self._on_no_picture
-        )
-        context.tasks.watch(self._pictures.settled)
         facts = Part.FAILURES | Part.ACTIVE_RUN
         context.show(facts, self._show, "failures")
         context.show(facts | Part.WORKSPACE, self._show_lanes)
-        context.session.changes.watch(Part.RECORDING_CLOSED, self._forget_pictures)
 
     def _show(self, now: Snapshot) -> None:
         state, fps = self._state, 1.0 if now.recording is None else now.recording.fps
@@ -322,7 +289,6 @@ class FailureController:
         state.explain()
         place = listed.index(chosen) if chosen in listed else -1
         self.panel.show_rows(listed, fps, place, self._words(now))
-        self._ask_for_picture(chosen)
 
     def _show_lanes(self, _now: Snapshot) -> None:
         docks = self._context.docks
@@ -356,33 +322,6 @@ class FailureController:
         if self._state.explaining:
             words += "; images are being analysed for causes"
         return f"{words}. Where they begin: {why}." if why else f"{words}."
-
-    # ---- the picture of the chosen failure
-
-    def _ask_for_picture(self, failure: FailureSegment | None) -> None:
-        reader, found = self._context.session.document.reader, self._state.found
-        search = found.search if found is not None else None
-        recording = search.recording if search is not None else None
-        if search is None or failure is None or reader is None or recording is None:
-            self._forget_pictures()
-            self.panel.evidence.show_picture(None)
-            return
-        theme, before = current_theme(), self._pictured
-        paper = Paper(_bgr(theme.base), _bgr(theme.text), _bgr(theme.muted))
-        if before is None or before.failure is not failure or before.paper != paper:
-            self._pictured = _Wanted(search, recording, failure, reader, paper)
-            self._pictures.ask(self._pictured)
-
-    def _on_picture(self, _wanted: _Wanted, pixels: ImageArray) -> None:
-        self.panel.evidence.show_picture(pixels)
-
-    def _on_no_picture(self, _wanted: _Wanted, error: Exception) -> None:
-        self.panel.evidence.show_picture(None)
-        self._context.notifier.error(error)
-
-    def _forget_pictures(self) -> None:
-        self._pictures.close()
-        self._pictured = None
 
 
 _STEP_DEG = 5.0

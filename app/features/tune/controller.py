@@ -309,7 +309,7 @@ def trial_table(
 def effects_in_words(
     run: RunEntry | None, trials: Sequence[RunEntry], judgements: Mapping[RunEntry, Judgement]
 ) -> str:
-    """How much each parameter matters for the arms, over differences of trials from the run."""
+    """Importance of each parameter for the arms, over differences of trials from the run."""
     base = judgements.get(run) if run is not None else None
     own = run.made_with() if run is not None else None
     tried = [(e.settings, j) for e in trials if e.settings and (j := judgements.get(e))]

@@ -3,11 +3,10 @@
 from collections.abc import Callable, Sequence
 from html import escape
 
-from PySide6.QtCore import QSignalBlocker, Qt, QUrl
-from PySide6.QtGui import QAction, QImage, QResizeEvent, QTextDocument
+from PySide6.QtCore import QSignalBlocker, Qt
+from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QSplitter, QTextBrowser, QWidget
 
-from stereotrack_core.arrays import ImageArray
 from stereotrack_core.evaluation.failure_segments.segment import (
     CAUSE_WORDS,
     FOUND_WORDS,
@@ -15,7 +14,6 @@ from stereotrack_core.evaluation.failure_segments.segment import (
     limbs_words,
 )
 
-from ..camera.picture import image_of
 from ..forms.form_dialog import line_edit
 from ..style.building import action_button, hbox, label, parameter_links, show_text, vbox
 from ..style.colours import LIMB_COLOURS
@@ -27,11 +25,10 @@ _NONE = (
 )
 _STRENGTH = "Evidence for causes, the strongest first. The bars show how strong it is."
 _BAR = 8
-_PICTURE = "picture"
 
 
 class EvidenceView(QTextBrowser):
-    """A heading, a line for each piece of evidence, and a picture as wide as there is room.
+    """A heading, and a line for each piece of evidence.
 
     `show` is called with the name of a parameter whose link was clicked.
     """
@@ -42,12 +39,7 @@ class EvidenceView(QTextBrowser):
         self.anchorClicked.connect(lambda url: show(url.toString()))
         self.setAccessibleName("Evidence")
         self.setFrameShape(QTextBrowser.Shape.NoFrame)
-        # the room for the picture must not depend on whether there is a bar
-        self.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOn)
         self.setMinimumHeight(80)
-        self._words = ""
-        self.picture = QImage()
-        """Before, worst and after."""
         self.show_words("", None)
 
     def show_words(self, heading: str, failure: FailureSegment | None) -> None:
@@ -65,29 +57,7 @@ class EvidenceView(QTextBrowser):
                 cause = escape(CAUSE_WORDS[one.cause])
                 name = f"<b>{cause}</b>" if one.cause == verdict.cause else cause
                 lines.append(f"<tt>{bar}</tt> {name}: {escape(one.words)}")
-        self._words = "".join(f"<p style='margin:0 0 4px 0'>{line}</p>" for line in lines)
-        self._write()
-
-    def show_picture(self, pixels: ImageArray | None) -> None:
-        """Show a picture (H, W, 3) BGR, or none."""
-        self.picture = QImage() if pixels is None else image_of(pixels).copy()
-        self._write()
-
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        super().resizeEvent(event)
-        self._write()
-
-    def _write(self) -> None:
-        room = self.viewport().width() - 2 * round(self.document().documentMargin())
-        width = min(room, self.picture.width())
-        html = self._words
-        if width > 0:
-            smooth = Qt.TransformationMode.SmoothTransformation
-            shown = self.picture.scaledToWidth(round(width * self.devicePixelRatioF()), smooth)
-            kind = QTextDocument.ResourceType.ImageResource
-            self.document().addResource(kind.value, QUrl(_PICTURE), shown)
-            html += f"<img src='{_PICTURE}' width='{width}'>"
-        self.setHtml(html)
+        self.setHtml("".join(f"<p style='margin:0 0 4px 0'>{line}</p>" for line in lines))
 
 
 _COLUMNS = (
@@ -103,7 +73,7 @@ _COLUMNS = (
 
 
 class FailuresPanel(QWidget):
-    """A filter above, the rows below, then words and pictures of the one that is chosen.
+    """A filter above, the rows below, then words on the one that is chosen.
 
     `chosen` is called with the place of a row in what was handed on, -1 for none; `activated` when
     a row is double-clicked, or Enter pressed on it; `filtered` with words that rows shall have;

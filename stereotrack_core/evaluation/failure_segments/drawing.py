@@ -122,21 +122,10 @@ def best_view(
 
 _STRIP_HEIGHT, _GAP, _BORDER = 300, 6, 10
 _TEXT, _LINE = 15.0, 22
+_INK, _FAINT = (20, 20, 20), (90, 90, 90)  # of captions, and of the title
 _ROOM = 0.25  # metres around the person's landmarks that are shown as well
 _CORNERS = np.array([[1.0, 1.0, 1.0], [1.0, -1.0, 0.0], [-1.0, 1.0, 0.0], [-1.0, -1.0, 0.5]])
 _SMALLEST = 8.0  # pixels that a person covers at least
-
-
-@dataclass(frozen=True)
-class Paper:
-    """Colours (blue, green, red) around pictures: of paper, words, and less important words."""
-
-    ground: tuple[int, int, int]
-    ink: tuple[int, int, int]
-    faint: tuple[int, int, int]
-
-
-WHITE = Paper((255, 255, 255), (20, 20, 20), (90, 90, 90))
 
 
 @dataclass(frozen=True, eq=False)
@@ -199,16 +188,14 @@ class Shown:
         return result, unit
 
 
-def picture_strip(
-    shown: Shown, frames: Sequence[int], reader: FrameReader, paper: Paper = WHITE
-) -> ImageArray:
+def picture_strip(shown: Shown, frames: Sequence[int], reader: FrameReader) -> ImageArray:
     """Pictures (H, W, 3) BGR of the best view, below them with the model, and captions."""
     recording, run = shown.recording, shown.run
     view = recording.view(best_view(recording, run, frames, shown.limbs))
     window = _person_window(recording.reference_camera(view), run, frames, _STRIP_HEIGHT)
     pictures = [shown.pictures(reader.frame_set(int(frame)), view, window) for frame in frames]
     columns = list(zip(pictures, shown.captions(frames), strict=True))
-    return _sheet(columns, f"view {view.name}", paper)
+    return _sheet(columns, f"view {view.name}")
 
 
 def _person_window(camera: Camera, run: Run, frames: Sequence[int], height: int) -> Window:
@@ -227,9 +214,7 @@ def _person_window(camera: Camera, run: Run, frames: Sequence[int], height: int)
     return Window(float(low[0]), float(low[1]), float(scale), width, height)
 
 
-def _sheet(
-    columns: Sequence[tuple[Sequence[ImageArray], Sequence[str]]], title: str, paper: Paper
-) -> ImageArray:
+def _sheet(columns: Sequence[tuple[Sequence[ImageArray], Sequence[str]]], title: str) -> ImageArray:
     """Columns of pictures with lines of text below, beside each other under a title."""
     import matplotlib  # all three only where something is written: they take their time
     from PIL import Image, ImageDraw, ImageFont
@@ -243,9 +228,9 @@ def _sheet(
     below = _BORDER + _LINE + sum(len(picture) + _GAP for picture in columns[0][0])
     height = below + _LINE * max(len(lines) for _, lines in columns) + _BORDER
     width = sum(widths) + _GAP * (len(widths) - 1) + 2 * _BORDER
-    sheet = Image.new("RGB", (width, height), paper.ground[::-1])
+    sheet = Image.new("RGB", (width, height), "white")
     pen = ImageDraw.Draw(sheet)
-    pen.text((_BORDER, _BORDER), title, font=font, fill=paper.faint[::-1])
+    pen.text((_BORDER, _BORDER), title, font=font, fill=_FAINT)
     left = _BORDER
     for wide, (pictures, lines) in zip(widths, columns, strict=True):
         top = _BORDER + _LINE
@@ -254,18 +239,12 @@ def _sheet(
             sheet.paste(Image.fromarray(picture[..., ::-1]), (left + beside, top))
             top += len(picture) + _GAP
         middle, words = (left + wide / 2, below), "\n".join(lines)
-        pen.text(middle, words, paper.ink[::-1], font, anchor="ma", align="center")
+        pen.text(middle, words, _INK, font, anchor="ma", align="center")
         left += wide + _GAP
     return np.ascontiguousarray(np.asarray(sheet)[..., ::-1])
 
 
 _STRIP_FRAMES = 5
-_AROUND = 0.3  # seconds before and after a failure that are shown as well
-
-
-def _shown(search: FailureSearch, recording: Recording, failure: FailureSegment) -> Shown:
-    reference = search.reference if failure.found == "truth" else None
-    return Shown(recording, search.run, failure.limbs, reference)
 
 
 def strip_of(
@@ -273,27 +252,6 @@ def strip_of(
 ) -> ImageArray:
     """Evenly spread frames of a failure as a strip (H, W, 3) BGR; see :func:`picture_strip`."""
     frames = np.round(np.linspace(failure.first, failure.last, _STRIP_FRAMES)).astype(int)
-    return picture_strip(_shown(search, recording, failure), np.unique(frames).tolist(), reader)
-
-
-def before_peak_after(search: FailureSearch, failure: FailureSegment) -> list[int]:
-    """Frames just before a failure, at its peak and just after it, as far as the run has them."""
-    around = max(1, round(_AROUND * search.fps))
-    frame = search.run.frame
-    before = frame[frame <= failure.first - around]
-    after = frame[frame >= failure.last + around]
-    first = int(before[-1]) if len(before) else failure.first
-    last = int(after[0]) if len(after) else failure.last
-    return sorted({first, failure.peak_frame, last})
-
-
-def evidence_picture(
-    search: FailureSearch,
-    recording: Recording,
-    failure: FailureSegment,
-    reader: FrameReader,
-    paper: Paper = WHITE,
-) -> ImageArray:
-    """Before, peak and after beside each other (H, W, 3) BGR, in the view that shows it best."""
-    shown, frames = _shown(search, recording, failure), before_peak_after(search, failure)
-    return picture_strip(shown, frames, reader, paper)
+    reference = search.reference if failure.found == "truth" else None
+    shown = Shown(recording, search.run, failure.limbs, reference)
+    return picture_strip(shown, np.unique(frames).tolist(), reader)

@@ -69,7 +69,7 @@ def film_frames(failure: FailureSegment, fps: float, count: int) -> tuple[int, .
 
 @dataclass(frozen=True, eq=False)
 class Film:
-    """What a strip shows: the runs and the reference, one at a time."""
+    """Contents of a strip: the runs and the reference, one at a time."""
 
     recording: Recording
     runs: tuple[Run, ...]

@@ -54,7 +54,7 @@ def with_reasons(
 
 
 def _estimate(run: Run, frame: int) -> Estimate | None:
-    """What a run says of a frame, as far as a step begins from it."""
+    """Estimate that a run states for a frame, as far as a step begins from it."""
     for i in np.flatnonzero(run.frame == frame):
         pose = pose_of_run(run, int(i))
         if pose is not None:

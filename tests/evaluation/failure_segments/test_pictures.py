@@ -7,7 +7,6 @@ from stereotrack_core.annotation.click_gains import hidden_landmarks
 from stereotrack_core.errors import Cancelled
 from stereotrack_core.evaluation.failure_segments.drawing import (
     Shown,
-    before_peak_after,
     best_view,
     picture_strip,
     strip_of,
@@ -57,12 +56,10 @@ def test_the_best_view_is_one_that_sees_the_limb(seen):
     assert np.isfinite(camera.project(nine[0, hand])).all()
 
 
-def test_a_strip_shows_a_failure_from_before_to_after(seen):
+def test_a_strip_shows_a_failure(seen):
     recording, run, truth = seen
     search = FailureSearch(run, recording.fps, truth, recording, pictures=False)
     (failure,) = find_failures(search)
-    assert before_peak_after(search, failure)[0] == 1
-    assert before_peak_after(search, failure)[-1] == 9  # the run ends before there is more
     with FrameReader(recording) as reader:
         assert strip_of(search, recording, failure, reader).shape[1] > 200
 

@@ -108,7 +108,7 @@ class ProposalPresenter:
         return tuple(one for one in found if one.key not in clicks)
 
     def words(self) -> str:
-        """How accurate the frame is, and how many clicks make it as accurate as is wanted."""
+        """Accuracy of the frame, and the number of clicks up to the wanted one, as a sentence."""
         known = self._known_now()
         return known.words() if known is not None else ""
 
