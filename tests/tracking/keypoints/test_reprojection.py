@@ -87,3 +87,11 @@ def test_half_the_confidence_is_twice_the_standard_deviation():
     both = (sure, replace(sure, confidence=0.5 * sure.confidence))
     one, two = (KeypointObservation(k, 1.0).residuals(BODY, pose)[0].variance for k in both)
     np.testing.assert_allclose(two / one, 4.0, rtol=0.02)
+
+
+@pytest.mark.parametrize("missing", ["left_shoulder", "right_shoulder", "left_hip", "right_hip"])
+def test_a_joint_of_the_trunk_that_nobody_sees_is_opposite_to_its_other_side(missing):
+    rows = [row for row in predictions(POSES["t"]) if row[2] != missing]
+    found = pose_of_keypoints(sighted(keypoints_of(rows), VIEWS), BODY)
+    away = landmarks(BODY, found) - landmarks(BODY, POSES["t"])
+    assert np.linalg.norm(away, axis=1).max() < 0.05
