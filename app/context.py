@@ -2,6 +2,7 @@
 
 import gc
 import sys
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
@@ -75,7 +76,7 @@ def make_context(
     services = Services(changes, notifier.show, tasks, view_state, settings, processes)
     session = Session(services)
     views = CameraGrid(redraw, view_state.choose_kind, view_state.highlight)
-    scene = SceneView(view_state.highlight)
+    scene = SceneView(view_state.highlight, redraw)
     docks = Docks(window, settings, notifier, views, scene, view_state.show_workspace)
     actions = ActionRegistry(window, settings, redraw, notifier.say)
     tasks.watch(redraw.settled)
@@ -89,6 +90,9 @@ def window_loop(window: QObject) -> Loop:
 
 
 _MANY = 50  # modules that bring so many objects that a collection would take long
+_LONG_S = 0.002
+"""Processor time after which what outlives a collection is not looked at again. What comes with a
+recording and with a run's first frames took 20 to 50 ms each time."""
 
 
 class GarbageTimer(QObject):
@@ -97,26 +101,36 @@ class GarbageTimer(QObject):
     A collection may run the destructor of a Qt object; were it set off by an allocation in a worker
     thread, the object would be destroyed there while the window's thread still uses it.
 
-    Nothing that modules bring is looked at again, whether they are loaded already or later on:
-    that took a fifth of a second each time.
+    Nothing that modules bring is looked at again, whether they are loaded already or later on, nor
+    what outlives a long collection: a fifth of a second each time, in which the window stood still.
+    Only when a recording was closed, everything is.
     """
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         gc.disable()
+        self.looks_at_all = False
+        """Whether the next collection looks at everything, as a recording was closed."""
         self._keep_modules()
-        self._timer = QTimer(self, interval=1000)
-        self._timer.timeout.connect(self._collect)
-        self._timer.start()
+        self.timer = QTimer(self, interval=1000)
+        self.timer.timeout.connect(self._collect)
+        self.timer.start()
 
     def _keep_modules(self) -> None:
         self._loaded = len(sys.modules)
         gc.freeze()
 
     def _collect(self) -> None:
-        if len(sys.modules) > self._loaded + _MANY:
+        if self.looks_at_all:
+            gc.unfreeze()
+            gc.collect()
+        if self.looks_at_all or len(sys.modules) > self._loaded + _MANY:
+            self.looks_at_all = False
             self._keep_modules()
         counts, limits = gc.get_count(), gc.get_threshold()
         due = [k for k in range(3) if limits[k] and counts[k] > limits[k]]
+        begun = time.thread_time()
         if due:
             gc.collect(due[-1])
+        if time.thread_time() - begun > _LONG_S:
+            gc.freeze()

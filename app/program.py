@@ -14,25 +14,16 @@ from stereotrack_core.tracking.presets import preset
 from stereotrack_core.window import DemoTracking
 
 from .context import GarbageTimer
-from .features import detector
-from .features.annotate import feature as annotate
-from .features.annotate.feature import Annotate
-from .features.calibrate import feature as calibrate
-from .features.calibrate.feature import CalibrateController
-from .features.detector import DetectorController
-from .features.inspect import controller as inspect
-from .features.inspect.controller import InspectController
-from .features.project import files as project
-from .features.project.files import FileController
-from .features.review import feature as review
-from .features.review.feature import Review
-from .features.study import window as study
-from .features.study.window import StudyController
-from .features.track import controller as track
-from .features.track.controller import RunsController
-from .features.tune import controller as tune
-from .features.tune.controller import TuneController
-from .features.view import feature as view
+from .features import detector as detector_feature
+from .features.annotate import feature as annotate_feature
+from .features.calibrate import feature as calibrate_feature
+from .features.inspect import controller as inspect_feature
+from .features.project import files as project_feature
+from .features.review import feature as review_feature
+from .features.study import controller as study_feature
+from .features.track import controller as track_feature
+from .features.tune import controller as tune_feature
+from .features.view import feature as view_feature
 from .features.view.controller import ViewController
 from .services.failures import FailureRelay, leave_out_noise
 from .session.changes import Part
@@ -59,16 +50,16 @@ _LAST_THREADS_S = 15.0
 class Features:
     """What can be done in the window, in the order of its menus; each knows the context alone."""
 
-    files: FileController
+    files: project_feature.FileController
     view: ViewController
-    calibrate: CalibrateController
-    annotate: Annotate
-    track: RunsController
-    detector: DetectorController
-    inspect: InspectController
-    tune: TuneController
-    review: Review
-    study: StudyController
+    calibrate: calibrate_feature.CalibrateController
+    annotate: annotate_feature.Annotate
+    track: track_feature.RunsController
+    detector: detector_feature.DetectorController
+    inspect: inspect_feature.InspectController
+    tune: tune_feature.TuneController
+    review: review_feature.Review
+    study: study_feature.StudyController
 
 
 def make_window(
@@ -78,16 +69,16 @@ def make_window(
     window = MainWindow(settings, processes)
     context = window.context
     features = Features(
-        files=project.register(context),
-        view=view.register(context),
-        calibrate=calibrate.register(context),
-        annotate=annotate.register(context),
-        track=track.register(context),
-        detector=detector.register(context),
-        inspect=inspect.register(context),
-        tune=tune.register(context),
-        review=review.register(context),
-        study=study.register(context),
+        files=project_feature.register(context),
+        view=view_feature.register(context),
+        calibrate=calibrate_feature.register(context),
+        annotate=annotate_feature.register(context),
+        track=track_feature.register(context),
+        detector=detector_feature.register(context),
+        inspect=inspect_feature.register(context),
+        tune=tune_feature.register(context),
+        review=review_feature.register(context),
+        study=study_feature.register(context),
     )
     window.draw()
     return window, features
@@ -109,10 +100,16 @@ class WindowProgram:
         apply_theme(self.app, stored_theme(settings))
         self.window, self.features = make_window(settings)
         self.context = self.window.context
+        watch = self.context.session.changes.watch
+        watch(Part.RECORDING_CLOSED, self._look_at_all)
+        watch(Part.WINDOW_CLOSING, self._garbage.timer.stop)
         self._relay = FailureRelay(self.window.messages.show_message)
         self.app.setWindowIcon(icon_named("model"))
         self._demo: DemoTracking | None = None
         self._demo_frame: int | None = None
+
+    def _look_at_all(self) -> None:
+        self._garbage.looks_at_all = True
 
     def run(self) -> bool:
         """Show the window until it is closed; whether that went well."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import signal
 import sys
@@ -100,6 +101,8 @@ def show(opening: Opening, say: Callable[[str], None]) -> bool:
 
     Raises InputError for what cannot be shown.
     """
+    # Modules leave nothing to collect; looking took a tenth of a second. See `GarbageTimer`.
+    gc.disable()
     _check(opening)
     prepare(needs_screen=opening.picture is None)
     # Qt reads the source of each module that is imported after it: half a second for the core's.

@@ -1,7 +1,6 @@
-"""Measure the window: frame steps from key press to paint.
+"""Measure the window: frame steps from key press to paint. Prints JSON.
 
-``python benchmarks/window.py RECORDING [--workspace annotate]`` prints JSON. Without a
-screen, set QT_QPA_PLATFORM=offscreen.
+``python benchmarks/window.py RECORDING``; without a screen, set QT_QPA_PLATFORM=offscreen.
 """
 
 import json

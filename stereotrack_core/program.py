@@ -32,7 +32,11 @@ def main(argv: Sequence[str] | None = None, *, window: ShowWindow | None = None)
         if words[0] == "--version":
             put(f"{PROGRAM} {__version__}")
             return OK
-        return _run(words[0], [*everywhere, *words[1:]], window)
+        parser = parser_of(command_named(words[0]))
+        args = parser.parse_args([*everywhere, *words[1:]], Namespace(window=window))
+        with speaking(quiet=getattr(args, "quiet", False)):
+            status: int = args.run(args)
+        return status
     except SystemExit as end:  # argparse, after --help or --version
         return end.code if isinstance(end.code, int) else OK
     except InputError as error:
@@ -60,14 +64,6 @@ def main(argv: Sequence[str] | None = None, *, window: ShowWindow | None = None)
         return FAILED
     except Exception as error:  # noqa: BLE001 - the last resort: a sentence instead of a traceback
         return _unexpected(error, debug="--debug" in arguments)
-
-
-def _run(command: str, arguments: Sequence[str], window: ShowWindow | None) -> int:
-    """One command, with its messages unless its options ask for silence."""
-    args = parser_of(command_named(command)).parse_args(arguments, Namespace(window=window))
-    with speaking(quiet=getattr(args, "quiet", False)):
-        status: int = args.run(args)
-    return status
 
 
 def _unexpected(error: Exception, *, debug: bool) -> int:

@@ -4,7 +4,6 @@ import importlib
 import platform
 import sys
 from functools import cache
-from importlib.metadata import PackageNotFoundError, version
 from importlib.util import find_spec
 from types import ModuleType
 
@@ -51,6 +50,8 @@ def _not_installed(extra: str, missing: str, where: str, instead: str) -> InputE
 
 @cache  # it reads and parses a file
 def _installed(package: str) -> str:
+    from importlib.metadata import PackageNotFoundError, version  # loads half of `email`
+
     try:
         return version(package)
     except PackageNotFoundError:  # put together without its list of packages

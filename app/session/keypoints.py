@@ -19,6 +19,7 @@ from .changes import Part
 from .edits import WindowEdit
 from .jobs import Job, Task
 from .project import ProjectPresenter
+from .runs import RunEntry
 
 
 class KeypointPresenter:
@@ -78,6 +79,14 @@ class KeypointPresenter:
         if self._detected is None or self._detected[1] is not keypoints:
             self._detected, self._frame = (frames, keypoints), None
             self._tell(Part.KEYPOINTS)
+
+    def take_of(self, entry: RunEntry | None) -> None:
+        """Take what a run has detected in mono views, when it comes back."""
+        run = None if entry is None else entry.stored
+        if entry is None or run is None or run.keypoints is None:
+            return
+        if (run.meta.get("keypoints") or {}).get("sources") == [DETECTOR_NAME]:
+            self.remember(entry.wanted, run.keypoints)
 
     @property
     def drawn(self) -> bool:

@@ -29,6 +29,8 @@ class Message:
     be empty."""
     button: str = ""  # what can be done about it at once; empty: nothing
     do: Callable[[], None] | None = field(default=None, compare=False)
+    others: tuple[tuple[str, Callable[[], None]], ...] = field(default=(), compare=False)
+    """Further buttons and what each does."""
 
     def sentence(self) -> str:
         head = f"{self.where}: {self.what}" if self.where else self.what

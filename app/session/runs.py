@@ -77,6 +77,7 @@ class RunEntry:
     begun: int = 0  # how often its frames have begun again
     journal: Path | None = None
     """File that its frames go to while it is tracked, until the project keeps it."""
+    _stated: tuple[Settings | None, ...] = ()
 
     @property
     def waiting(self) -> bool:
@@ -139,8 +140,12 @@ class RunEntry:
 
     def made_with(self) -> Settings | None:
         """Its settings; None where a file of another version does not say."""
-        known = self.spec() if self.settings is None else None
-        return self.settings if known is None else known.settings
+        if self.settings is not None or self.stored is None:
+            return self.settings
+        if not self._stated:  # commands ask all the time, and reading takes milliseconds
+            spec = self.spec()
+            self._stated = (None if spec is None else spec.settings,)
+        return self._stated[0]
 
     def now(self) -> RunEntry:
         """What it holds now; work in another thread is given this, never the entry itself."""

@@ -11,7 +11,6 @@ from stereotrack_core.arrays import FloatArray
 from stereotrack_core.errors import InputError
 from stereotrack_core.experiments.run_process import load
 from stereotrack_core.interop.run_file import holds_run, is_run_of, recording_of_run_file
-from stereotrack_core.pose_model.detect import DETECTOR_NAME
 from stereotrack_core.pose_model.installation import is_installed
 from stereotrack_core.project.history import Changed
 from stereotrack_core.project.scenarios import segments_of
@@ -35,7 +34,7 @@ from .instant import CloudPresenter, InstantPresenter
 from .jobs import Job, NewestJob, Task
 from .judgement import Judgement, JudgementPresenter, Truth, reference_at
 from .keypoints import KeypointPresenter
-from .messages import stored_texts
+from .messages import Message, stored_texts
 from .project import ProjectPresenter
 from .remedies import RemedyPresenter
 from .runs import RunEntry, RunStyle
@@ -112,6 +111,7 @@ class Session(Base):
         self._own_processes = services.processes is None
         self._finding = NewestJob(self.tasks)
         self._ended = False
+        self.said: Message | None = None  # once the recording is open
         self.asked = self._due = Asked()
         """What was asked for when opening last."""
         self.document.on_opened, self.document.on_closed = self._on_opened, self._on_closed
@@ -132,6 +132,10 @@ class Session(Base):
         self.study = StudyPresenter(self, self.track)
         self.losses: list[Callable[[], str]] = [self._lost_runs, self.trials.lost_words]
         """Each says what would be lost by quitting now, empty for nothing."""
+        self.ask_first: Callable[[str, Sequence[str], Callable[[], object]], object] = (
+            lambda _what, _lost, do: do()
+        )
+        """Has the person agree to what something would lose, before the function does it."""
         self.tasks.watch(self.settled)
 
     def _follow(self) -> None:
@@ -157,7 +161,7 @@ class Session(Base):
         hear(Part.RESTED, self.instant.keep)
         watch(Part.TRACKING, self.instant.on_tracking)
         watch(Part.SETTINGS, self._on_settings)
-        watch(Part.ACTIVE_RUN, self._take_detected)
+        watch(Part.ACTIVE_RUN, lambda: self.keypoints.take_of(self.runs.active))
 
     def true_landmarks(self, frame: int) -> FloatArray | None:
         """Landmarks (9, 3) of a frame by the reference, else by clicks; None where neither is."""
@@ -196,6 +200,10 @@ class Session(Base):
     def would_be_lost(self) -> tuple[str, ...]:
         """Sentences on work that quitting would lose; empty where nothing would be lost."""
         return tuple(words for lost in self.losses if (words := lost()))
+
+    def leave(self, what: str, do: Callable[[], object]) -> None:
+        """Do what closes the recording; where that loses something, if the person agrees."""
+        self.ask_first(what, tuple(filter(None, (self._lost_runs(), self.trials.lost_words()))), do)
 
     def _lost_runs(self) -> str:
         runs = (e for e in self.runs.entries if e.kind == "run" and e.frames and not e.kept)
@@ -252,6 +260,7 @@ class Session(Base):
         if self._ended:
             return
         self._finding.give_up()
+        self.said = None
         if path.name.endswith(STUDY_SUFFIX) and path.is_file():
             self.changes.tell(Part.STUDY_WANTED, path)
             return
@@ -263,13 +272,17 @@ class Session(Base):
             return
         named = path.is_file() and path.name != DESCRIPTION
         project = path.resolve() if named else None
-        self.asked = self._due = Asked(project, frame, workspace or "", run, tracks)
-        self.track.stop()
-        if named:
-            self.project.open_file(path, frame)
-            return
-        self.project.give_up()
-        self.document.open(path.parent if path.name == DESCRIPTION else path, frame)
+
+        def go_on() -> None:
+            self.asked = self._due = Asked(project, frame, workspace or "", run, tracks)
+            self.track.stop()
+            if named:
+                self.project.open_file(path, frame)
+                return
+            self.project.give_up()
+            self.document.open(path.parent if path.name == DESCRIPTION else path, frame)
+
+        self.leave("Open", go_on)
 
     def open_all(self, paths: Sequence[Path]) -> None:
         """Open what was dropped: several videos or folders of them together make a recording."""
@@ -390,27 +403,20 @@ class Session(Base):
 
     # ---- following
 
-    def _take_detected(self) -> None:
-        """Keypoints that the active run detected in mono views come back with it."""
-        entry, recording = self.runs.active, self.document.recording
-        run = None if entry is None else entry.stored
-        if entry is None or run is None or run.keypoints is None or recording is None:
-            return
-        if (run.meta.get("keypoints") or {}).get("sources") == [DETECTOR_NAME]:
-            self.keypoints.remember(entry.wanted, run.keypoints)
-
     def _on_opened(self) -> None:
         refused, recording = None, self.document.recording
         if recording is not None:
             self.view_state.show_views(recording.views)
         try:
-            measured = recording is not None and not recording.guessed
-            self.clouds.set_recording(recording if measured else None)
+            self.clouds.set_recording(None if recording and recording.guessed else recording)
         except InputError as error:
             self.clouds.set_recording(None)
             refused = error
         self.changes.tell(Part.RECORDING_OPENED)
         self.changes.tell(Part.READY)
+        if self.said is not None:
+            self.tell(self.said)
+            self.said = None
         if self.clouds.available:
             self._warm("starting the process that tracks", partial(self.processes.run, load))
         if refused is not None:

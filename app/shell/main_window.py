@@ -136,6 +136,7 @@ class MainWindow(QMainWindow):
         self._is_told_to_close = False
         self.asks_before_quitting = True
         """Whether it asks, where something would be lost."""
+        self.context.session.ask_first = self._ask_first
         self._connect()
 
     def draw(self) -> None:
@@ -217,7 +218,7 @@ class MainWindow(QMainWindow):
         """Close when all that was promised is written; exports are waited for only once."""
         if self.asks_before_quitting and (lost := self.context.session.would_be_lost()):
             event.ignore()
-            self._ask_to_quit(lost)
+            self._ask_first("Quit", lost, self._quit)
             return
         tasks, exports = self.context.tasks, not self._is_told_to_close
         if waits_for := tasks.promised(exports=exports):
@@ -236,27 +237,33 @@ class MainWindow(QMainWindow):
         self.context.settings.sync()
         event.accept()
 
-    def _ask_to_quit(self, lost: Sequence[str]) -> None:
+    def _ask_first(self, what: str, lost: Sequence[str], do: Callable[[], object]) -> None:
+        if not (lost and self.asks_before_quitting):
+            do()
+            return
         trials, session = self.context.session.trials, self.context.session
-        box = QMessageBox(QMessageBox.Icon.Question, "Quit", "Quit now? This would be lost:")
+        box = QMessageBox(QMessageBox.Icon.Question, what, f"{what} now? This would be lost:")
         box.setParent(self, Qt.WindowType.Dialog)
         box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         box.setInformativeText("\n".join(f"• {words}" for words in lost))
-        quits = box.addButton("Quit", QMessageBox.ButtonRole.DestructiveRole)
+        agrees = box.addButton(what, QMessageBox.ButtonRole.DestructiveRole)
         box.setDefaultButton(box.addButton(QMessageBox.StandardButton.Cancel))
         stores = QCheckBox("Store the trials as runs of the project")
         if trials.lost_words() and not session.no_edit():
             box.setCheckBox(stores)
 
         def answered() -> None:
-            if box.clickedButton() is quits:
+            if box.clickedButton() is agrees:
                 if stores.isChecked():
                     trials.keep()
-                self.asks_before_quitting = False
-                self.close()
+                do()
 
         box.finished.connect(answered)
         box.open()
+
+    def _quit(self) -> None:
+        self.asks_before_quitting = False
+        self.close()
 
     def _close_soon(self) -> None:
         QTimer.singleShot(0, self, self._close_if_shown)

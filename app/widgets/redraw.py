@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from typing import TypeAlias
 
-from pyqtgraph.Qt import isQObjectAlive
 from PySide6.QtCore import QEvent, QObject, QTimer, Slot
 from PySide6.QtGui import QKeyEvent
 
@@ -30,7 +29,12 @@ def later(owner: QObject, do: Callable[[], object], milliseconds: int = 0) -> QT
 def is_alive(do: Callable[..., object]) -> bool:
     """Whether a function can be called: it is no method of a Qt object that is gone."""
     owner = getattr(do, "__self__", None)
-    return not isinstance(owner, QObject) or isQObjectAlive(owner)
+    if isinstance(owner, QObject):
+        try:
+            owner.objectName()
+        except RuntimeError:
+            return False
+    return True
 
 
 class RedrawQueue(QObject):

@@ -1,7 +1,10 @@
 """Landmarks that the keypoints of a 2-D detector show: in an image, or by a fitted body."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from itertools import pairwise, product
+from math import sqrt
 
 import numpy as np
 
@@ -17,13 +20,18 @@ from stereotrack_core.body.parameters import BodyShape
 from stereotrack_core.body.proportions import AVERAGE, Proportions
 from stereotrack_core.body.skeleton import PARTS, limb_of_part
 from stereotrack_core.geometry.camera import Camera
-from stereotrack_core.pose_model.detect import DETECTOR_NAME
+from stereotrack_core.pose_model.detect import DETECTOR_NAME, detect_keypoints
+from stereotrack_core.pose_model.detector import required_detector
+from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.keypoint_names import exchanged
 from stereotrack_core.recording.keypoints import Keypoints, Row, keypoints_of, rows_of
 from stereotrack_core.recording.landmarks import LANDMARKS
+from stereotrack_core.recording.person_boxes import person_boxes
 from stereotrack_core.recording.sighted_keypoints import MeetingPoints, SightedKeypoints, sighted
 from stereotrack_core.tracking.detecting import KEYPOINT_OFFSETS
 from stereotrack_core.tracking.residuals.reprojection import MEETING_GATE
+from stereotrack_core.work import Work
+from stereotrack_core.worker_processes import Asker
 
 _HAND = AVERAGE.elbow_to_hand / AVERAGE.forearm_length  # over that of the wrist
 _SIGMA = 0.02  # standard deviation of a sure keypoint over the person's size in the picture
@@ -86,6 +94,43 @@ def _place_of(
     return None, ()
 
 
+@dataclass(frozen=True, eq=False)
+class DetectLandmarks:
+    """Has the installed detector look at a frame, in a process that keeps it for the next one."""
+
+    recording: Recording
+    frame: int
+    landmarks: tuple[str, ...]
+    proportions: Proportions
+
+    def __call__(self, asker: Asker) -> tuple[Prediction, ...]:
+        """Predictions in all views, by the fitted body unless the cameras are guessed.
+
+        Raises InputError where the detector is missing, sees nobody or images cannot be read.
+        """
+        own, (folder, detector, boxes) = self.recording, asker.kept.get(_KEPT, (None, None, None))
+        if folder != own.folder:
+            boxes = person_boxes(own, Work(stopped=asker.cancelled))
+            detector = required_detector()
+            asker.kept[_KEPT] = own.folder, detector, boxes
+        frames = range(self.frame, self.frame + 1)
+        seen = detect_keypoints(own, detector, frames, boxes=boxes, cancelled=asker.cancelled)
+        names = [view.image.camera for view in own.views if not own.guessed]
+        cameras = {name: own.cameras[name] for name in names}
+        return tuple(body_predictions(seen, self.landmarks, cameras, self.proportions))
+
+
+def told_once(seen: Iterable[Prediction]) -> tuple[Prediction, ...]:
+    """Predictions with larger sigmas: off alike in all images, they tell only once."""
+    known = [one for one in seen if one.sigma]
+    alike = Counter((one.frame, one.source, one.landmark) for one in known)
+    return tuple(
+        replace(one, sigma=(one.sigma or 0.0) * sqrt(alike[one.frame, one.source, one.landmark]))
+        for one in known
+    )
+
+
+_KEPT = "detector"
 _SPREAD = {"elbow": 0.05, "wrist": 0.07, "hand": 0.09, "ear": 0.025, "head": 0.025}
 """Metres at the person's distance; standard deviation of a sure keypoint in one image."""
 

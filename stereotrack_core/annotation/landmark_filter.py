@@ -178,6 +178,13 @@ class LandmarkFilter:
             _symmetric(one.covariance - gain @ one.covariance),
         )
 
+    def detected(self) -> Gaussian | None:
+        """Wide prior from what a detector sees in the frame; None without it in two images."""
+        followed = self._question.followed
+        seen = {one.key: Click(*one.key, one.position, sigma=one.sigma) for one in followed}
+        clicked = {one.key: one for one in self._question.clicks}
+        return self._begun(tuple((seen | clicked).values())) if seen else None
+
     def _from(self, frames: Sequence[int]) -> Gaussian | None:
         """The prediction from clicked frames on one side, in the order they are taken in."""
         acceleration = np.full(len(self._rig.names), _ACCELERATION)

@@ -87,7 +87,7 @@ class Proposer:
         """Propose what the clicks of the frame leave open."""
         if self._kept is None or not _same_around(self._kept[0], question):
             self._kept = (question, LandmarkFilter(question).predicted())
-        prior, rig = self._kept[1], Rig(question)
+        prior, rig = self._kept[1] or LandmarkFilter(question).detected(), Rig(question)
         near, hidden = NearestClicks(question.around), set[ClickKey]()
         accurate: tuple[float, tuple[ClickKey, ...], float] = (nan, (), nan)
         told = told_by(question.steps, question.frame)  # with the motion, so not once more

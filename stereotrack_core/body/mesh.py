@@ -1,13 +1,14 @@
 """The body's surface as triangles, for drawing."""
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.body.model import BodyModel, PlacedCones, placed_cones
 from stereotrack_core.body.pose import Pose
-from stereotrack_core.body.skeleton import PARTS, limb_of_part
+from stereotrack_core.body.skeleton import limb_of_part
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,55 +21,34 @@ class PartMesh:
     triangles: IntArray
 
 
-def body_mesh(
-    body: BodyModel, pose: Pose, *, around: int = 24, limbs: tuple[str, ...] = PARTS[:6]
-) -> tuple[PartMesh, ...]:
-    """Surface of the body in one pose, a mesh for each cone of the named parts."""
+def body_mesh(body: BodyModel, pose: Pose, *, around: int = 24) -> tuple[PartMesh, ...]:
+    """Surface of the body in one pose without the legs, a mesh for each cone."""
     placed = placed_cones(body, body.frames(pose))
-    names = [limb_of_part(part) or PARTS[part] for part in body.cones["part"].tolist()]
-    return tuple(_cone_mesh(placed, c, around) for c, name in enumerate(names) if name in limbs)
+    return tuple(_cone_mesh(cone, around) for cone in placed if limb_of_part(cone["part"]))
 
 
-def _cone_mesh(placed: PlacedCones, c: int, around: int) -> PartMesh:
-    profile = _profile(placed, c)
-    angle = np.linspace(0.0, 2.0 * np.pi, around, endpoint=False)
-    radius, z = profile[:, :1], profile[:, 1:]
-    flat = placed["flatness"][c]
-    rings = np.stack(
-        [
-            radius * np.cos(angle),
-            flat * radius * np.sin(angle),
-            np.broadcast_to(z, (len(profile), around)),
-        ],
-        axis=-1,
-    )
-    local = rings.reshape(-1, 3)
-    vertices = local @ placed["rotation"][c].T + placed["origin"][c]
-    part = int(placed["part"][c])
-    triangles = _triangles_of_rings(len(profile), around)
-    return PartMesh(limb_of_part(part) or PARTS[part], part, vertices, triangles)
-
-
-def _profile(placed: PlacedCones, c: int) -> FloatArray:
-    """Radius and height (K, 2) from the base's centre to the end's centre."""
-    cone = placed[c]
-    r1, r2, height = cone["r1"], cone["r2"], cone["height"]
-    quarter = np.linspace(0.0, 0.5 * np.pi, 5)
-    base = [(0.0, 0.0)]
-    if cone["round_base"]:
-        base = [(r1 * np.sin(a), -r1 * np.cos(a)) for a in quarter[:-1]]
+def _cone_mesh(cone: PlacedCones, around: int) -> PartMesh:
+    r1, r2, height, part = cone["r1"], cone["r2"], cone["height"], int(cone["part"])
     end = [(0.0, height)]
     if cone["round_end"]:
-        end = [(r2 * np.cos(a), height + r2 * np.sin(a)) for a in quarter[1:]]
-    return np.array([*base, (r1, 0.0), (r2, height), *end])
+        quarter = np.linspace(0.0, 0.5 * np.pi, 5)[1:]
+        end = [(r2 * np.cos(a), height + r2 * np.sin(a)) for a in quarter]
+    # Radius and height (K, 2) from the base's centre to the end's centre.
+    profile = np.array([(0.0, 0.0), (r1, 0.0), (r2, height), *end])
+    angle = np.linspace(0.0, 2.0 * np.pi, around, endpoint=False)
+    x = profile[:, :1] * np.cos(angle)
+    y = cone["flatness"] * profile[:, :1] * np.sin(angle)
+    rings = np.stack([x, y, np.broadcast_to(profile[:, 1:], x.shape)], axis=-1)
+    vertices = rings.reshape(-1, 3) @ cone["rotation"].T + cone["origin"]
+    return PartMesh(limb_of_part(part), part, vertices, _triangles_of_rings(len(profile), around))
 
 
+@cache  # as long to make as all the rest of a mesh
 def _triangles_of_rings(rings: int, around: int) -> IntArray:
     here = np.arange(around)
-    beside = (here + 1) % around
-    rows = []
-    for ring in range(rings - 1):
-        low, high = ring * around, (ring + 1) * around
+    beside, rows = (here + 1) % around, list[IntArray]()
+    for low in range(0, (rings - 1) * around, around):
+        high = low + around
         rows.append(np.stack([low + here, low + beside, high + beside], axis=1))
         rows.append(np.stack([low + here, high + beside, high + here], axis=1))
-    return np.concatenate(rows).astype(np.int64)
+    return np.concatenate(rows)

@@ -40,16 +40,13 @@ CONTOUR_NAMES: tuple[tuple[str, str], ...] = (
 )
 
 _NUMBERS = [(name, "f8") for name in ("r1", "r2", "height", "flatness")]
-_ENDS = [("round_base", "?"), ("round_end", "?"), ("outline", "f8", (2,))]
 # A truncated cone: its base stands on its `origin`, its axis runs along its own z; metres. In the
 # frame of its part, or in the world: p = rotation p_cone + origin. `flatness` is a factor on y, 1
-# is round; ends that are round have a half sphere that takes data. The `outline` says how far the
+# is round; an end that is round has a half sphere that takes data. The `outline` says how far the
 # person's outline lies outside of the surface along x and y: block matching widens the clouds that
 # the surface is fitted to.
-CONE = np.dtype(
-    [("part", "i8"), ("rotation", "f8", (3, 3)), ("origin", "f8", (3,)), *_NUMBERS, *_ENDS],
-    align=True,
-)
+_PLACE = [("part", "i8"), ("rotation", "f8", (3, 3)), ("origin", "f8", (3,))]
+CONE = np.dtype([*_PLACE, *_NUMBERS, ("round_end", "?"), ("outline", "f8", (2,))], align=True)
 Cones: TypeAlias = np.ndarray[Any, np.dtype[np.void]]  # ``CONE`` (C,), in the frames of their parts
 PlacedCones: TypeAlias = np.ndarray[Any, np.dtype[np.void]]  # ``CONE`` (..., C), in the world
 
@@ -63,7 +60,6 @@ class _Cone:
     origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
     axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
     flatness: float = 1.0
-    round_base: bool = False
     round_end: bool = False
 
 
@@ -74,21 +70,17 @@ def body_cones(proportions: Proportions, parameters: BodyParameters) -> Cones:
     if shape.legs:
         rows += _legs(proportions, shape)
     cones: Cones = np.zeros(len(rows), dtype=CONE)
-    sizes = ("part", "origin", "r1", "r2", "height", "flatness", "round_base", "round_end")
-    for name in sizes:
+    for name in ("part", "origin", "r1", "r2", "height", "flatness", "round_end"):
         cones[name] = [getattr(row, name) for row in rows]
-    cones["rotation"] = _turned_to(np.array([row.axis for row in rows]))
+    # z is turned to the axis; y, the flattened side, stays upright.
+    z = np.array([row.axis for row in rows])
+    z /= np.linalg.norm(z, axis=1, keepdims=True)
+    x = np.stack([z[:, 2], np.zeros(len(z)), -z[:, 0]], axis=1)
+    x /= np.linalg.norm(x, axis=1, keepdims=True)
+    cones["rotation"] = np.stack([x, np.cross(z, x), z], axis=2)
     for outline, pair in zip(cones["outline"], CONTOUR_NAMES, strict=False):
         outline[:] = [getattr(shape, name) for name in pair]
     return cones
-
-
-def _turned_to(axes: FloatArray) -> FloatArray:
-    """Rotations (C, 3, 3) that turn z to axes (C, 3) and keep y, the flattened side, upright."""
-    z = axes / np.linalg.norm(axes, axis=1, keepdims=True)
-    x = np.stack([z[:, 2], np.zeros(len(z)), -z[:, 0]], axis=1)
-    x /= np.linalg.norm(x, axis=1, keepdims=True)
-    return np.stack([x, np.cross(z, x), z], axis=2)
 
 
 def _trunk(p: Proportions, b: BodyShape) -> list[_Cone]:

@@ -58,12 +58,6 @@ def segment_blocked(points: FloatArray, camera: FloatArray, placed: PlacedCones)
     """
     p = to_cone_frames(points, placed)
     d = to_cone_frames(camera[None], placed) - p
-    blocked = _meets_side(p, d, placed) | _meets_base(p, d, placed)
-    return np.asarray(np.logical_or.reduce(blocked, axis=0))
-
-
-def _meets_side(p: FloatArray, d: FloatArray, placed: PlacedCones) -> BoolArray:
-    """Whether p + t d (C, N, 3), y divided by the flatness, meets the cones' sides (C, N)."""
     slope = ((placed["r2"] - placed["r1"]) / placed["height"])[:, None]
     radius = placed["r1"][:, None] + slope * p[..., 2]
     change = slope * d[..., 2]
@@ -79,16 +73,11 @@ def _meets_side(p: FloatArray, d: FloatArray, placed: PlacedCones) -> BoolArray:
             z = p[..., 2] + t * d[..., 2]
         on_side = (z >= 0) & (z <= placed["height"][:, None]) & (radius + t * change > 0)
         blocked |= real & on_side & (t > 0) & (t < 1)
-    return blocked
-
-
-def _meets_base(p: FloatArray, d: FloatArray, placed: PlacedCones) -> BoolArray:
-    """Whether p + t d (C, N, 3) meets the discs at the cones' bases (C, N)."""
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore"):  # the discs at the bases
         t = -p[..., 2] / d[..., 2]
         across = np.hypot(p[..., 0] + t * d[..., 0], p[..., 1] + t * d[..., 1])
-        result: BoolArray = (t > 0) & (t < 1) & (across < placed["r1"][:, None])
-    return result
+        blocked |= (t > 0) & (t < 1) & (across < placed["r1"][:, None])
+    return np.asarray(np.logical_or.reduce(blocked, axis=0))
 
 
 _ROUNDS = 12  # draws after which fewer points are accepted, as hardly anything is visible
@@ -174,7 +163,12 @@ def visible_points(
         return candidates[keep]
 
     if rng is None:
-        return _regular(body, remaining, count)
+        drawn = count
+        kept = remaining(regular_points(body.cones, drawn))
+        while len(kept) < count and drawn < count << 4:
+            drawn = int(1.25 * drawn) + 1
+            kept = remaining(regular_points(body.cones, drawn))
+        return kept[np.linspace(0, len(kept) - 1, min(count, len(kept))).round().astype(np.int64)]
     kept = remaining(random_points(body.cones, 2 * count, rng))
     for _ in range(_ROUNDS):
         if len(kept) >= count:
@@ -183,14 +177,3 @@ def visible_points(
         pairs = zip(vars(kept).values(), vars(more).values(), strict=True)
         kept = SurfacePoints(*map(np.concatenate, pairs))
     return kept[:count]
-
-
-def _regular(
-    body: BodyModel, remaining: Callable[[SurfacePoints], SurfacePoints], count: int
-) -> SurfacePoints:
-    drawn = count
-    kept = remaining(regular_points(body.cones, drawn))
-    while len(kept) < count and drawn < count << 4:
-        drawn = int(1.25 * drawn) + 1
-        kept = remaining(regular_points(body.cones, drawn))
-    return kept[np.linspace(0, len(kept) - 1, min(count, len(kept))).round().astype(np.int64)]

@@ -72,8 +72,6 @@ def closest_on_cone(cone: Any, px: float, py: float, pz: float) -> Any:
     u = ((rho - r1) * dr + pz * height) / (dr * dr + height * height)
     if u > 1.0 and cone.round_end:
         return _ball(r2, height, s, px, py, pz)
-    if u < 0.0 and cone.round_base:
-        return _ball(r1, 0.0, s, px, py, pz)
     if u > 1.0 or u < 0.0:
         u = min(1.0, max(0.0, u))
         radius = r1 + u * dr

@@ -19,7 +19,7 @@ from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
 from stereotrack_core.recording.folder import DESCRIPTION, open_recording
 from stereotrack_core.recording.images import DamagedFrame, NumberedImages, spread
-from stereotrack_core.recording.importing.choices import Pictures as StreamPictures
+from stereotrack_core.recording.importing.readers import Pictures as StreamPictures
 from stereotrack_core.recording.importing.readers import chapters_of
 from stereotrack_core.recording.importing.video_sources import chapters_from
 from stereotrack_core.recording.stream_files import IMAGE_SUFFIXES, VIDEO_SUFFIXES, open_stream

@@ -101,11 +101,11 @@ def _world(
 ) -> World:
     """The result with all its measures; the first camera level and looking south."""
     cameras = tuple(
-        one.lens.camera(own.camera, own.size, one.camera_from_world @ _FIRST_FROM_WORLD)
+        one.lens.camera(own.camera, own.size, one.camera_from_world @ FIRST_FROM_WORLD)
         for one, own in zip(bundle.cameras, used, strict=True)
     )
     frames = _frames(used)
-    world_from_first = _FIRST_FROM_WORLD.inverse()
+    world_from_first = FIRST_FROM_WORLD.inverse()
     boards = {f: world_from_first @ bundle.boards[i] for i, f in enumerate(frames)}
     positions, rotations = place_sigmas(bundle)
     scale = scale_check(cameras, used, board)
@@ -120,7 +120,7 @@ def _world(
     )  # fmt: skip
 
 
-_FIRST_FROM_WORLD = RigidTransform(LOOKING_SOUTH.T, np.zeros(3))
+FIRST_FROM_WORLD = RigidTransform(LOOKING_SOUTH.T, np.zeros(3))
 
 
 def _lens(

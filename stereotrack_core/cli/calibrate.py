@@ -194,7 +194,6 @@ def _check_pairs(found: Search) -> None:
 
 
 def _pair_told(world: World) -> tuple[dict[str, Any], list[Table]]:
-    """Facts of a stereo pair besides its cameras."""
     (left, right), (of_left, of_right) = world.cameras, world.sightings
     pair = pair_of(left, right, of_left, of_right)
     rows = [

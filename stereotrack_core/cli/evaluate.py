@@ -21,15 +21,10 @@ from stereotrack_core.evaluation.accuracy import (
     error_facts,
     stated_means,
 )
+from stereotrack_core.evaluation.failure_segments import segment
 from stereotrack_core.evaluation.failure_segments.find import FailureSearch, find_failures
 from stereotrack_core.evaluation.failure_segments.reasons import reasons_words
 from stereotrack_core.evaluation.failure_segments.retraced import with_reasons
-from stereotrack_core.evaluation.failure_segments.segment import (
-    FAILURE_COLUMNS,
-    FailureRules,
-    failure_rows,
-    has_signs,
-)
 from stereotrack_core.evaluation.summary import none_of_the_frames
 from stereotrack_core.interop.landmark_file import Stated
 from stereotrack_core.parameters import parsed_settings
@@ -38,12 +33,7 @@ from stereotrack_core.recording.findings import wrong_size
 from stereotrack_core.recording.frame_times import values_at
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.recording.selection import asked_frames
-from stereotrack_core.report.reported import (
-    error_table,
-    measure_rows,
-    range_table,
-    segment_table,
-)
+from stereotrack_core.report import reported
 from stereotrack_core.tables import Table, number
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.run_checks import HEADING, heading_words
@@ -188,12 +178,12 @@ def _errors_told(args: Namespace, measured: Measured, truth: sources.Truth) -> T
     facts = {"frames_per_second": speed} | accuracy_facts(accuracy)
     weighted = ", weighted by its uncertainty" * args.weigh
     title = f"{measured.path} against {truth.source}{weighted}"
-    tables: list[Any] = [error_table(accuracy, title, speed)]
+    tables: list[Any] = [reported.error_table(accuracy, title, speed)]
     if accuracy.quality:
         tables.append(f"Means: {'; '.join(stated_means(accuracy))}.")
     if args.segments:
         facts["segments"] = [error_facts(part) for part in accuracy.segments]
-        tables.append(segment_table(accuracy.segments))
+        tables.append(reported.segment_table(accuracy.segments))
     return facts, tables
 
 
@@ -244,40 +234,22 @@ def _angles_told(args: Namespace, measured: Measured) -> Told:
             remedy="Give a file with frames, or another frame range.",
         )
     stretches = joint_angles.angle_ranges(angles, measured.segments)
-    ranges = []
-    for one in stretches:
-        angles_of = {
-            name: {"frames": one.frames[name], **one.degrees[name]} for name in one.degrees
-        }
-        ranges.append({"name": one.name, "first": one.first, "end": one.end, "angles": angles_of})
-    facts: dict[str, Any] = {"frames_per_second": fps, "stretches": ranges}
-    tables: list[Table | str] = [*map(range_table, stretches)]
+    facts: dict[str, Any] = {"frames_per_second": fps, "stretches": [asdict(s) for s in stretches]}
+    tables: list[Table | str] = [*map(reported.range_table, stretches)]
     if measured.truth is not None:
         known = joint_angles.angles_of_trajectory(measured.truth.reference)
         if not np.isin(angles.frame, known.frame).any():
             raise none_of_the_frames(str(measured.truth.source))
         facts["errors"] = joint_angles.angle_errors(angles, known)
-        tables.append(_angle_error_table(facts["errors"]))
+        headings = (">mean error", ">median", ">rms", ">95 %")
+        title = "Errors of the joint angles, degrees"
+        tables.append(reported.angle_table(title, headings, facts["errors"], joint_angles.ERRORS))
     return facts, tables
-
-
-def _angle_error_table(errors: Mapping[str, Mapping[str, float]]) -> Table:
-    rows = [
-        (
-            name.replace("_", " "),
-            str(one["frames"]),
-            *(number(one[key]) for key in joint_angles.ERRORS),
-        )
-        for name, one in errors.items()
-        if one["frames"]
-    ]
-    headings = ("angle", ">frames", ">mean error", ">median", ">rms", ">95 %")
-    return Table("Errors of the joint angles, degrees", headings, rows)
 
 
 def _failures_told(args: Namespace, measured: Measured) -> Told:
     """Stretches in which limbs fail, with probable causes; InputError if no complete run."""
-    rules = FailureRules().replaced(**parsed_settings(args.changes))
+    rules = segment.FailureRules().replaced(**parsed_settings(args.changes))
     run = measured.run
     if run is None:
         what = "failures are found in complete runs only"
@@ -295,7 +267,7 @@ def _failures_told(args: Namespace, measured: Measured) -> Told:
             every = with_reasons(search, every, work)
         except InputError as error:
             say(f"It is not known why the arm search failed: {error.what}.")
-    if reference is None and not has_signs(run):
+    if reference is None and not segment.has_signs(run):
         say(
             "Without depth, failures are detected against a reference alone (--reference). Without "
             "one, only frames that are not tracked are listed."
@@ -308,7 +280,7 @@ def _failures_told(args: Namespace, measured: Measured) -> Told:
     if not listed:
         return facts, [f"{heading}."]
     why = reasons_words(one.reason for one in listed)
-    table = Table(heading, FAILURE_COLUMNS, failure_rows(listed, fps))
+    table = Table(heading, segment.FAILURE_COLUMNS, segment.failure_rows(listed, fps))
     return facts, [table, f"Where they begin: {why}."] if why else [table]
 
 
@@ -376,7 +348,7 @@ def _comparison_table(comparison: comparing.Comparison, title: str) -> Table:
 
 def _apart_table(pair: comparing.Pair, title: str) -> Table:
     where = f"{title}: " if title else ""
-    rows = measure_rows(pair.apart)
+    rows = reported.measure_rows(pair.apart)
     rows.append(("arm segments over 45 deg apart [%]", number(100.0 * pair.apart.lost), "", ""))
     heading = f"{where}B and A, distance from each other"
     return Table(heading, ("measure", ">mean", ">median", ">95 %"), rows)

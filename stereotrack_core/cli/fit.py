@@ -7,19 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from stereotrack_core.annotation import doubts
+from stereotrack_core.annotation import doubts, personal_subject
 from stereotrack_core.annotation.click import Click, ClickKey
 from stereotrack_core.annotation.fit.fit import FitRequest, clicks_in, fit_reference
 from stereotrack_core.annotation.fit.results import CLICKED, GAP, INTERPOLATED, TrajectoryFit
 from stereotrack_core.annotation.fit.state import FitSettings
 from stereotrack_core.annotation.landmark_set import NINE
-from stereotrack_core.annotation.personal_subject import (
-    Personalise,
-    PersonalSubject,
-    lean_words,
-    left_out_words,
-    offset_table,
-)
 from stereotrack_core.annotation.reference import origin_of, reference_of_fit
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.proportions import proportions_of
@@ -50,7 +43,9 @@ def _personalise(
 ) -> int:
     run = None if args.tracked is None else read_run(args.tracked)
     where = str(args.clicks)
-    work = Personalise(recording, tuple(clicks), sigma, settings, where, run, args.views)
+    work = personal_subject.Personalise(
+        recording, tuple(clicks), sigma, settings, where, run, args.views
+    )
     if not work.by_frame:
         raise InputError("there is no click", where=where, remedy="Click a few frames first.")
     for sentence in () if run is None else other_files(run, recording):
@@ -63,7 +58,7 @@ def _personalise(
     return OK
 
 
-def _tell_subject(args: Namespace, one: PersonalSubject) -> None:
+def _tell_subject(args: Namespace, one: personal_subject.PersonalSubject) -> None:
     if args.json:
         found, torso = one.found, proportions_of(one.subject).torso_length
         degrees, spread = found.lean(torso)
@@ -79,9 +74,9 @@ def _tell_subject(args: Namespace, one: PersonalSubject) -> None:
             }
         )
         return
-    put_table(offset_table(one))
-    say(lean_words(one))
-    for words in left_out_words(one):
+    put_table(personal_subject.offset_table(one))
+    say(personal_subject.lean_words(one))
+    for words in personal_subject.left_out_words(one):
         say(words)
     say(f"Written to {args.output}. Name it as subject in recording.toml to use it.")
 

@@ -29,11 +29,7 @@ from stereotrack_core.tables import Table
 
 
 @options.command(
-    options.path(
-        "sources VIDEOS|FOLDER",
-        "videos, images, or a folder that holds them",
-        nargs="+",
-    ),
+    options.path("sources VIDEOS|FOLDER", "videos, images, or a folder that holds them", nargs="+"),
     options.path(
         "-o --output DIR",
         "the new recording folder, or the folder of the videos itself (default: that folder)",
@@ -42,7 +38,7 @@ from stereotrack_core.tables import Table
     options.several(
         "--fps [SOURCE=]N",
         "frames per second, if the files do not state them or state them wrongly: of the "
-        "recording, or of a source; may be given several times",
+        "recording, or of a source",
     ),
     options.several(
         "--calibration FILE",
@@ -64,19 +60,17 @@ from stereotrack_core.tables import Table
     ),
     options.several(
         "--camera OURS=THEIRS",
-        "name of a camera in the calibration, where it differs; may be given several times",
+        "name of a camera in the calibration, where it differs",
         dest="cameras",
     ),
     options.several(
         "--view NAME=SOURCE[,SOURCE]",
-        "sources of a view: one camera, left,right of a stereo camera, or image,depth; may be "
-        "given several times. Sources that are named nowhere are not used then",
+        "sources of a view: one camera, left,right of a stereo camera, or image,depth; sources "
+        "that are named nowhere are not used then",
         dest="views",
     ),
     options.several(
-        "--mirrored SOURCE",
-        "turn back the mirror images of a source, such as a Kinect v1's; may be given several "
-        "times",
+        "--mirrored SOURCE", "turn back the mirror images of a source, such as a Kinect v1's"
     ),
     options.option(
         "--unit METRES",
@@ -93,8 +87,7 @@ from stereotrack_core.tables import Table
     ),
     options.several(
         "--first SOURCE=FRAME",
-        "own frame of a source at the common instant, with fractions if need be; may be given "
-        "several times",
+        "own frame of a source at the common instant, with fractions if need be",
         dest="firsts",
     ),
     options.flag("--dry-run", "only print what would be made"),
@@ -278,12 +271,7 @@ def _shows(use: Use) -> str:
 
 def _table(choices: Choices, title: str) -> Table:
     rows = [
-        (
-            use.source.name,
-            use.source.says(),
-            _shows(use),
-            use.view if use.role != "unused" else "",
-        )
+        (use.source.name, use.source.says(), _shows(use), use.view if use.role != "unused" else "")
         for use in choices.uses
     ]
     return Table(title, ("source", "what", "used as", "view"), rows)

@@ -111,13 +111,6 @@ def _clicks(args: Namespace, project: Project, stated: Stated) -> dict[str, Any]
         problems, left_out = len(labels.problems), ", ".join(labels.left_out) or "none"
         found = incoming(mine, labels.clicks, args.file.name, unstated=labels.unstated)
     decided: Decision | None = args.conflicts
-    if found.conflicts and decided is None:
-        count = len(found.conflicts)
-        contradict = f"{count} of its clicks contradict{'s' if count == 1 else ''} the project"
-        what = f"{contradict}; nothing was imported"
-        choose = "Choose which to keep with --conflicts mine or --conflicts theirs"
-        remedy = f"{choose}, or use their means in the workbench."
-        raise InputError(what, where=str(args.file), remedy=remedy)
     taken = found.taken(decided)
     if taken:
         project.apply(found.edit(decided))
@@ -184,9 +177,7 @@ def _say_problems(labels: Labels, *, skip: bool) -> None:
     options.LAYOUT,
     options.PERSON,
     options.several(
-        "--name THEIRS=OURS",
-        "keypoint here for a keypoint name in the file; may be given several times",
-        dest="names",
+        "--name THEIRS=OURS", "keypoint here for a keypoint name in the file", dest="names"
     ),
     options.option(
         "--detector NAME",

@@ -86,6 +86,7 @@ def output(metavar: str, text: str, *suffixes: str) -> Option:
 
 def several(words: str, text: str, **keywords: Any) -> Option:
     """Declare an option that may be given several times."""
+    text += "; may be given several times"
     return option(words, text, action="append", default=[], **keywords)
 
 
@@ -110,7 +111,7 @@ def at_least(least: int) -> Callable[[str], int]:
 
 def changes(what: str) -> Option:
     """Declare changes of parameters; `what` begins the help."""
-    return several("--set NAME=VALUE", f"{what}; may be given several times", dest="changes")
+    return several("--set NAME=VALUE", what, dest="changes")
 
 
 JSON = flag("--json", "print the result as JSON")
@@ -146,9 +147,7 @@ VIEWS = option(
 SEED = option("--seed N", "random seed (default: 0)", type=int, default=0)
 FPS = option("--fps N", "frames per second, for files that do not state it", type=positive)
 NAMES = several(
-    "--name THEIRS=OURS",
-    "landmark name here for a landmark name in the file; may be given several times",
-    dest="names",
+    "--name THEIRS=OURS", "landmark name here for a landmark name in the file", dest="names"
 )
 AXES = option(
     "--axes EAST,NORTH,UP",
@@ -170,7 +169,7 @@ MAX_SIGMA = option(
 )
 EXCLUDE = several(
     "--exclude SOURCE",
-    "leave out landmarks of the reference by their source; may be given several times",
+    "leave out landmarks of the reference by their source",
     choices=("clicked", "merged", "imported", "accepted", "detector", "fit", "interpolated"),
 )
 OF_RUN = path("--recording DIR", "the run's recording; by default the one named in the run")

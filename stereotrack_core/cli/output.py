@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from io import StringIO
 from types import FrameType
-from typing import IO, Any, Protocol, TextIO, cast
+from typing import IO, Any, TextIO, cast
 
 from stereotrack_core.errors import Cancelled, visible
 from stereotrack_core.plain_data import plain
@@ -153,16 +153,12 @@ class _Terminal:
         return getattr(self._stream, name)
 
 
-class Show(Protocol):
-    """Draws how many steps are done."""
-
-    def __call__(self, done: int, now: str = "") -> None:
-        """`now` says what is being done, where it is not what was begun."""
-
-
 @contextmanager
-def progress(what: str, total: int | None) -> Iterator[Show]:
-    """Give a function that is told how many steps are done; draws only on a terminal."""
+def progress(what: str, total: int | None) -> Iterator[Callable[..., None]]:
+    """Give a function that draws, on a terminal alone, how many steps are done.
+
+    It may also be told what is being done now, where that is not what was begun.
+    """
     if not (_MESSAGES.isEnabledFor(logging.INFO) and sys.stderr.isatty()):
         yield lambda *_: None
         return

@@ -44,15 +44,15 @@ STUDY = options.path("study STUDY.study.toml", "study file")
 SELECT = options.several(
     "--select COLUMN=VALUE",
     "only recordings with this value, for example condition=slow; values are separated by "
-    "commas, * stands for any letters; if given several times, all must agree",
+    "commas, * stands for any letters; all that are given must agree",
 )
 SETTINGS = (
     options.PRESET,
     options.changes("change one parameter"),
     options.several(
         "--grid NAME=a,b,c",
-        "values of a parameter, or of views, preset, seed, frames, init or smooth; if given "
-        "several times, all combinations are tried",
+        "values of a parameter, or of views, preset, seed, frames, init or smooth; all "
+        "combinations are tried",
     ),
     options.option("--seeds 0,1,2", "comma-separated seeds (default: 0)"),
     options.FRAMES,
@@ -271,8 +271,7 @@ _TRIALS = 30
     ),
     *SETTINGS,
     options.several(
-        "--search NAME=LOW:HIGH[:log]",
-        "search for the best value in a range, or among NAME=a,b,c; repeat it for more",
+        "--search NAME=LOW:HIGH[:log]", "search for the best value in a range, or among NAME=a,b,c"
     ),
     options.option(
         "--trials N",

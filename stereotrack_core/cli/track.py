@@ -165,7 +165,6 @@ def _check(args: Namespace, plan: TrackPlan) -> None:
 
 
 def _tell(args: Namespace, plan: TrackPlan, job: TrackedRun, place: Path | None) -> int:
-    """Say what came out."""
     if args.json:
         put_json({"run": place, **job.to_dict()})
     else:

@@ -6,7 +6,7 @@ import functools
 import operator
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, TypeAlias
 
 import cv2
 import numpy as np
@@ -108,6 +108,9 @@ _BEHIND = 0.5  # metres behind somebody who stood still from which the scene beg
 _REGION_MARGIN = 16  # px beyond the matcher's window
 
 
+LearnedFrame: TypeAlias = tuple[Float32Array, ImageArray | None]  # disparity (H, W), grey picture
+
+
 class ViewBackground:
     """Background of one view; `motionless`: nothing moved in the frames that it is learned from."""
 
@@ -132,10 +135,12 @@ class ViewBackground:
         self.learns = False
         self._set(empty_scene_model(disparity))
 
-    def take_frames(
-        self, pictures: Sequence[ImageArray], disparities: Sequence[Float32Array]
-    ) -> None:
-        """The model from frames of a recording in which somebody moves."""
+    def take_frames(self, frames: Sequence[LearnedFrame]) -> None:
+        """The model from frames of a recording in which somebody moves, if there are any."""
+        if not frames:
+            return
+        disparities = [disparity for disparity, _ in frames]
+        pictures = [picture for _, picture in frames if picture is not None]
         self._set(percentile_model(disparities, self._p.background_percentile))
         if self._forget_standing(disparities):
             return  # the pictures show the person too
@@ -246,32 +251,22 @@ class ViewBackground:
         difference, shadow = difference_of(now, before), np.zeros(now.shape, dtype=bool)
         new = new_pixels(difference, noise) & beside_person
         if isinstance(frame, StereoFrame) and self._is_large(new):
-            behind = beside_person & self._measured_behind(disparity, region)
+            assert self.model is not None  # noqa: S101 - what has learned the scene has both
+            assert self._limit is not None  # noqa: S101
+            empty_disparity = self.model.disparity[region.slices]
+            apart = np.abs(disparity - empty_disparity)
+            known = beside_person & np.isfinite(self._limit[region.slices])
+            behind = known & (apart <= np.float32(self._p.background_threshold))
             if self._is_large(new & behind):
                 changed_grey = behind & same_structure(now, before, noise)
                 if self._is_large(new & changed_grey):
-                    shadow = self._shadow(frame, changed_grey, new, region) & behind
+                    seen = changed_grey & seen_at(frame, empty_disparity, region)
+                    if self._is_large(new & seen):  # both pictures show the scene; edges are filled
+                        filled = cv2.morphologyEx(seen.astype(np.uint8), cv2.MORPH_CLOSE, _EDGES)
+                        shadow = filled.astype(bool) & behind
         return Compared(now, before, difference, empty, self._p.match_window, shadow)
-
-    def _shadow(
-        self, frame: StereoFrame, part: BoolArray, new: BoolArray, region: Region
-    ) -> BoolArray:
-        """Part (h, w) where both pictures show the empty scene's surface, edges filled."""
-        assert self.model is not None  # noqa: S101 - something was measured behind
-        seen = part & seen_at(frame, self.model.disparity[region.slices], region)
-        if not self._is_large(new & seen):
-            return np.zeros(part.shape, dtype=bool)
-        return cv2.morphologyEx(seen.astype(np.uint8), cv2.MORPH_CLOSE, _EDGES).astype(bool)
 
     def _is_large(self, part: BoolArray) -> bool:
         """Whether pixels (h, w) are more than a limb that the matcher has missed."""
         image = self._source.geometry.width * self._source.geometry.height
         return bool(np.count_nonzero(part) > _SHADOW * image)
-
-    def _measured_behind(self, disparity: Float32Array, region: Region) -> BoolArray:
-        """Where disparities (h, w) of a region are those of the empty scene."""
-        if self.model is None or self._limit is None:
-            return np.zeros(disparity.shape, dtype=bool)
-        apart = np.abs(disparity - self.model.disparity[region.slices])
-        known = np.isfinite(self._limit[region.slices])
-        return np.asarray(known & (apart <= np.float32(self._p.background_threshold)))

@@ -12,16 +12,16 @@ from typing import TypeAlias
 import numpy as np
 
 from stereotrack_core.compiled import load_before_threads
-from stereotrack_core.depth.background import BackgroundModel
+from stereotrack_core.depth.background import BackgroundModel, LearnedFrame, ViewBackground
 from stereotrack_core.depth.cloud import Cloud, DepthGeometry, ViewDepth, colours_of
 from stereotrack_core.depth.mono_silhouettes import MonoSilhouettes
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.points import inliers
 from stereotrack_core.depth.rectify import Rectification, depth_rectification, stereo_rectification
-from stereotrack_core.depth.sources import DepthSource, Pictures, StereoSource
-from stereotrack_core.depth.view_chain import LearnedFrame, Stopwatch, ViewChain, ViewResult
+from stereotrack_core.depth.sources import DepthSource, StereoSource
+from stereotrack_core.depth.view_chain import Stopwatch, ViewChain, ViewResult
 from stereotrack_core.recording.description import Recording, View
-from stereotrack_core.recording.reader import FrameSet, ViewImages
+from stereotrack_core.recording.reader import FrameReader, FrameSet, ViewImages
 from stereotrack_core.recording.selection import usable_views
 
 # Where a view's disparities come from; see :func:`source_of`.
@@ -117,7 +117,7 @@ class DepthChain:
         self._pool.shutdown()
 
     def learn_background(
-        self, reader: Pictures, frames: range, on_image: OnPart = lambda _done, _count: None
+        self, reader: FrameReader, frames: range, on_image: OnPart = lambda _done, _count: None
     ) -> None:
         """Learn what every view shows when nobody is there.
 
@@ -141,7 +141,7 @@ class DepthChain:
         if waiting:
             self._learn_from_frames(waiting, reader, frames, on_image)
 
-    def take_background(self, other: DepthChain, reader: Pictures, frames: range) -> None:
+    def take_background(self, other: DepthChain, reader: FrameReader, frames: range) -> None:
         """Take over the background of a chain of the same views, parameters and frames."""
         if self.silhouettes and other.silhouettes:
             self.silhouettes = other.silhouettes
@@ -155,7 +155,7 @@ class DepthChain:
         """Whether clouds depend on those before them, as the background is still being learned."""
         return any(chain.background.learns for chain in self._chains)
 
-    def _align_rows(self, reader: Pictures, frames: range) -> None:
+    def _align_rows(self, reader: FrameReader, frames: range) -> None:
         """Lay left images into the rows of the right ones, as some frames show them."""
         chains = [chain for chain in self._chains if isinstance(chain.source, StereoSource)]
         sampled = frames[:: max(1, (len(frames) - 1) // (_ROW_FRAMES - 1))] if chains else ()
@@ -165,7 +165,7 @@ class DepthChain:
             pass  # the loop raises what a thread raised
 
     def _learn_from_frames(
-        self, chains: Sequence[ViewChain], reader: Pictures, frames: range, on_image: OnPart
+        self, chains: Sequence[ViewChain], reader: FrameReader, frames: range, on_image: OnPart
     ) -> None:
         most = min(_BACKGROUND_FRAMES, len(frames))
         sampled = [frames[i] for i in np.unique(np.linspace(0, len(frames) - 1, most).astype(int))]
@@ -182,11 +182,12 @@ class DepthChain:
             found = self._pool.map(learn, present, [views[chain.name] for chain in present])
             for chain, frame in zip(present, found, strict=True):
                 seen[chain.name] += [] if frame is None else [frame]
-        for _ in self._pool.map(ViewChain.learn_frames, chains, seen.values()):
+        backgrounds = [chain.background for chain in chains]
+        for _ in self._pool.map(ViewBackground.take_frames, backgrounds, seen.values()):
             pass  # the loop raises what a thread raised
-        if len(chains) == len(self._chains) and all(c.background.motionless for c in chains):
-            for chain in chains:
-                chain.background.forget_still()
+        if len(chains) == len(self._chains) and all(one.motionless for one in backgrounds):
+            for one in backgrounds:
+                one.forget_still()
 
     def process(self, frame_set: FrameSet) -> Cloud:
         """The cloud of one frame set; views that give nothing are named in `problems`."""

@@ -129,7 +129,9 @@ class LostPoints:
                 "Check that it is the mask of these images: the person must be brighter than 127.",
             )
         told = f"{person} of {measured} measured pixels are in front of the background"
-        if all(_has_empty_scene(view, self.parameters) for view, _ in seen):
+        streams = [stream for view, _ in seen for stream in (view.left, view.image)]
+        stated = all(stream is not None and stream.background for stream in streams)
+        if stated and self.parameters.background_empty_scene:
             return (
                 f"{told}, which comes from background images",
                 "If a person is there: check whether someone is in the background images, and "
@@ -187,11 +189,6 @@ _UNIT = (
 _UNIT_OR_VOLUME = (
     f"{_UNIT} Or set volume_centre_x, volume_centre_y and volume_bottom to where the person is."
 )
-
-
-def _has_empty_scene(view: View, p: DepthParameters) -> bool:
-    given = view.left is not None and None not in (view.left.background, view.image.background)
-    return given and p.background_empty_scene
 
 
 def _median(told: Sequence[PointCounts]) -> PointCounts:

@@ -181,7 +181,12 @@ class Matcher:
         mirrored = self._matcher.compute(cv2.flip(right, 1), cv2.flip(left, 1))
         found = np.asarray(cv2.flip(mirrored, 1), dtype=np.int16)
         disparity = np.ascontiguousarray(found[region.slices_in(crop)])
-        self._drop_unseen(disparity, region, width)
+        # Windows that would reach beyond the left image's border show nothing.
+        reach = self.disparities.minimum + self.disparities.count + self._half_window
+        first = min(max(width - max(reach, 0), region.left), region.right)
+        room = (width - 1 - self._half_window - np.arange(first, region.right)) * STEPS
+        border = disparity[:, first - region.left :]
+        border[border > room.astype(np.int16)] = self.disparities.invalid
         return disparity
 
     def _needed(self, region: Region, width: int, height: int) -> Region:
@@ -202,14 +207,6 @@ class Matcher:
         # OpenCV filters rows in pairs: those of the part have to be those of the whole image.
         alone = (there.bottom - there.top - height) % 2 == 1 and there.top > 0
         return Region(there.left, there.top - 1, there.right, there.bottom) if alone else there
-
-    def _drop_unseen(self, disparity: DisparityArray, region: Region, width: int) -> None:
-        """Invalidate, in place, windows that would reach beyond the left image's border."""
-        reach = self.disparities.minimum + self.disparities.count + self._half_window
-        first = min(max(width - max(reach, 0), region.left), region.right)
-        room = (width - 1 - self._half_window - np.arange(first, region.right)) * STEPS
-        border = disparity[:, first - region.left :]
-        border[border > room.astype(np.int16)] = self.disparities.invalid
 
 
 def _cut(image: ImageArray, crop: Region) -> ImageArray:

@@ -11,17 +11,12 @@ from stereotrack_core.depth.light import EmptyScene, empty_scene
 from stereotrack_core.depth.outline import outline_without_depth
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.rectify import Rectification, depth_rectification
-from stereotrack_core.depth.sources import Pictures, grey
+from stereotrack_core.depth.sources import grey
 from stereotrack_core.pose_model.detect import Whereabouts, detect_person, whereabouts
-from stereotrack_core.pose_model.detector import (
-    DetectedPose,
-    PoseDetector,
-    load_detector,
-    next_crop,
-)
+from stereotrack_core.pose_model.detector import PoseDetector, load_detector, next_crop
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.person_boxes import person_boxes
-from stereotrack_core.recording.reader import FrameSet, ViewImages
+from stereotrack_core.recording.reader import FrameReader, FrameSet, ViewImages
 
 _LARGEST_SHARE = 0.5  # largest share of a picture that a person covers
 _FRAMES = 16  # frames from which the empty scene is made where no picture of it is stated
@@ -61,7 +56,7 @@ class MonoSilhouettes:
     def __bool__(self) -> bool:
         return bool(self._views)
 
-    def learn(self, pictures: Pictures, frames: range) -> None:
+    def learn(self, pictures: FrameReader, frames: range) -> None:
         """Take the pictures of the empty scene, or make them from some of the frames."""
         stated = {name: pictures.background(name) for name in self._views}
         empty = {n: _undistorted(self._views[n], one[1]) for n, one in stated.items() if one}
@@ -74,7 +69,7 @@ class MonoSilhouettes:
             self._unknown[name] = nowhere, np.zeros(picture.shape, dtype=np.bool_)
 
     def _scenes(
-        self, detector: PoseDetector, names: Set[str], pictures: Pictures, frames: range
+        self, detector: PoseDetector, names: Set[str], pictures: FrameReader, frames: range
     ) -> dict[str, ImageArray]:
         """Pictures of the empty scene, without those views that show hardly anybody."""
         shown: dict[str, list[ImageArray]] = {name: [] for name in self._views if name in names}
@@ -142,11 +137,14 @@ def clean_plate(
     always covers is filled from its surroundings, from which the clothes mostly differ.
     """
     shown, hidden, pose = [], [], None
+    around = np.ones((2 * _BESIDE + 1, 2 * _BESIDE + 1), dtype=np.uint8)
     for picture in pictures:
         pose = detect_person(detector, picture, pose, where)
         if pose is not None:
+            mask = detector.landmarks(picture, next_crop(pose), mask=True).mask
+            assert mask is not None  # noqa: S101 - it was asked for
             shown.append(picture)
-            hidden.append(_near_person(detector, picture, pose))
+            hidden.append(cv2.dilate((mask > _PERSON).astype(np.uint8), around) > 0)
     if len(shown) < _FEWEST:
         return None
     covered = np.stack(hidden)
@@ -155,10 +153,3 @@ def clean_plate(
     middle = (~covered).sum(axis=0, keepdims=True) // 2
     plate = np.take_along_axis(values, middle, axis=0).reshape(always.shape).astype(np.uint8)
     return np.asarray(cv2.inpaint(plate, always, _FILLED, cv2.INPAINT_TELEA), dtype=np.uint8)
-
-
-def _near_person(detector: PoseDetector, picture: ImageArray, pose: DetectedPose) -> BoolArray:
-    mask = detector.landmarks(picture, next_crop(pose), mask=True).mask
-    assert mask is not None  # noqa: S101 - it was asked for
-    around = np.ones((2 * _BESIDE + 1, 2 * _BESIDE + 1), dtype=np.uint8)
-    return cv2.dilate((mask > _PERSON).astype(np.uint8), around) > 0

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stereotrack_core.arrays import BoolArray, Float32Array, FloatArray, IntArray
 from stereotrack_core.compiled import compiled
@@ -70,18 +70,8 @@ def inliers(points: FloatArray, neighbours: int, distance: float, *, repeat: boo
     took 7.
     """
     kept = np.ones(len(points), dtype=bool)
-    while neighbours > 0:
-        index = np.flatnonzero(kept)
-        stays = _have_neighbours(points[index], neighbours, distance)
-        kept[index[~stays]] = False
-        if not repeat or stays.all():
-            break
-    return kept
-
-
-def _have_neighbours(points: FloatArray, neighbours: int, distance: float) -> BoolArray:
-    if len(points) <= neighbours:
-        return np.zeros(len(points), dtype=bool)
+    if not len(points) or neighbours < 1:
+        return kept
     low = points.min(axis=0)
     extent = points.max(axis=0) - low
     size = max(distance, float(extent.max()) / _MOST_CELLS) * (1.0 + 1e-9)
@@ -91,43 +81,46 @@ def _have_neighbours(points: FloatArray, neighbours: int, distance: float) -> Bo
     order = np.argsort(flat, kind="stable")
     starts = np.zeros(int(shape.prod()) + 1, dtype=np.int64)
     np.cumsum(np.bincount(flat, minlength=len(starts) - 1), out=starts[1:])
+    grid = cell[order], shape, starts
     ordered = np.ascontiguousarray(points[order])
-    result = np.zeros(len(points), dtype=bool)
-    result[order] = _count(ordered, cell[order], shape, starts, neighbours, distance * distance)
-    return result
+    kept[order] = _with_neighbours(ordered, grid, neighbours, distance * distance, repeat)
+    return kept
 
 
 @compiled()
-def _count(
-    points: FloatArray,
-    cell: NDArray[np.int64],
-    shape: NDArray[np.int64],
-    starts: NDArray[np.int64],
-    neighbours: int,
-    squared: float,
+def _with_neighbours(
+    points: FloatArray, grid: Any, neighbours: int, squared: float, repeat: bool
 ) -> BoolArray:  # pragma: no cover - compiled
     """Whether each of the points, ordered by cell, has that many others in reach."""
-    result = np.zeros(len(points), dtype=np.bool_)
-    for i in range(len(points)):
-        found = -1  # the point itself is met as well
-        x0, x1 = max(cell[i, 0] - 1, 0), min(cell[i, 0] + 1, shape[0] - 1)
-        y0, y1 = max(cell[i, 1] - 1, 0), min(cell[i, 1] + 1, shape[1] - 1)
-        z0, z1 = max(cell[i, 2] - 1, 0), min(cell[i, 2] + 1, shape[2] - 1)
-        for x in range(x0, x1 + 1):
-            for y in range(y0, y1 + 1):
-                row = (x * shape[1] + y) * shape[2]
-                # Cells that follow each other along z follow each other in memory.
-                for j in range(starts[row + z0], starts[row + z1 + 1]):
-                    dx = points[i, 0] - points[j, 0]
-                    dy = points[i, 1] - points[j, 1]
-                    dz = points[i, 2] - points[j, 2]
-                    if dx * dx + dy * dy + dz * dz <= squared:
-                        found += 1
-                        if found >= neighbours:
-                            break
+    cell, shape, starts = grid
+    kept, changed = np.ones(len(points), dtype=np.bool_), True
+    while changed:
+        changed = False
+        # What is left in the end does not depend on the order in which points are dropped.
+        others = kept if repeat else kept.copy()
+        for i in range(len(points)):
+            if not kept[i]:
+                continue
+            found = -1  # the point itself is met as well
+            x0, x1 = max(cell[i, 0] - 1, 0), min(cell[i, 0] + 1, shape[0] - 1)
+            y0, y1 = max(cell[i, 1] - 1, 0), min(cell[i, 1] + 1, shape[1] - 1)
+            z0, z1 = max(cell[i, 2] - 1, 0), min(cell[i, 2] + 1, shape[2] - 1)
+            for x in range(x0, x1 + 1):
+                for y in range(y0, y1 + 1):
+                    row = (x * shape[1] + y) * shape[2]
+                    # Cells that follow each other along z follow each other in memory.
+                    for j in range(starts[row + z0], starts[row + z1 + 1]):
+                        dx = points[i, 0] - points[j, 0]
+                        dy = points[i, 1] - points[j, 1]
+                        dz = points[i, 2] - points[j, 2]
+                        if others[j] and dx * dx + dy * dy + dz * dz <= squared:
+                            found += 1
+                            if found >= neighbours:
+                                break
+                    if found >= neighbours:
+                        break
                 if found >= neighbours:
                     break
-            if found >= neighbours:
-                break
-        result[i] = found >= neighbours
-    return result
+            if found < neighbours:
+                kept[i], changed = False, repeat
+    return kept

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Protocol
 
 import cv2
 import numpy as np
@@ -16,11 +15,11 @@ from stereotrack_core.depth.chain import rectification_of, source_of
 from stereotrack_core.depth.match import Region
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.points import Volume
-from stereotrack_core.depth.sources import NEAREST_RANGE, DepthSource, NoDepth, Pictures
+from stereotrack_core.depth.sources import NEAREST_RANGE, DepthSource, NoDepth
 from stereotrack_core.depth.standing import still_person
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.description import Recording, View
-from stereotrack_core.recording.reader import ViewImages
+from stereotrack_core.recording.reader import FrameReader, ViewImages
 
 _FRAMES = 10  # frames, spread over the recording, in which the person is looked for
 _COLUMNS = 320  # width that images are reduced to, so that a wide range of disparities costs little
@@ -30,21 +29,13 @@ _OPENED = np.ones((3, 3), np.uint8)
 _ANYWHERE = Volume(np.full(3, -np.inf), np.full(3, np.inf))
 
 
-class AllPictures(Pictures, Protocol):
-    """Where the images of a whole recording come from; see :class:`FrameReader`."""
-
-    @property
-    def frame_count(self) -> int:
-        """Number of frame sets."""
-
-
 @dataclass(frozen=True, eq=False)
 class SeenPerson:
     """Where the person is seen over the whole recording; looked for when that is asked."""
 
     recording: Recording
     parameters: DepthParameters
-    pictures: AllPictures
+    pictures: FrameReader
     views: Sequence[str]
 
     @cached_property

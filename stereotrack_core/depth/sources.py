@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
-from typing import Protocol
+from typing import TypeAlias
 
 import cv2
 import numpy as np
@@ -18,7 +18,7 @@ from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.points import Volume, range_of_disparity
 from stereotrack_core.depth.rectify import Rectification
 from stereotrack_core.depth.subpixel import refined_disparity
-from stereotrack_core.recording.reader import FrameSet, ViewImages
+from stereotrack_core.recording.reader import ViewImages
 
 _DARK_BELOW = 16  # of 255
 _BRIGHT = 0.01  # share of an image that reaches it unless it is dark
@@ -33,29 +33,8 @@ NEAREST_RANGE = 0.3  # metres; nothing nearer is looked for even where the volum
 _NOMINAL_BASELINE = 0.12  # metres; makes inverse depth comparable with a stereo disparity
 
 
-class Pictures(Protocol):
-    """Where images come from; see :class:`FrameReader`."""
-
-    def frame_set(self, k: int) -> FrameSet:
-        """All images of one instant."""
-
-    def background(self, view: str) -> tuple[ImageArray | None, ImageArray] | None:
-        """The empty scene as (left or None, image), or None where there is none."""
-
-
 class NoDepth(Exception):
     """A view gives no depth at this instant; the message is a clause that says why."""
-
-
-class OpenedFrame(Protocol):
-    """One view at one instant, ready to be measured."""
-
-    @property
-    def picture(self) -> ImageArray | None:
-        """Rectified reference image, None for a depth view."""
-
-    def disparity(self, region: Region) -> Float32Array:
-        """Disparity (h, w) of a region, pixels, NaN where there is none."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +54,7 @@ class StereoFrame:
         return self.noise > _NOISY
 
     def disparity(self, region: Region) -> Float32Array:
-        """Match the region; see :class:`OpenedFrame`."""
+        """Disparity (h, w) of a region, pixels, NaN where there is none."""
         steps = self.matcher(self.left, self.picture, region)
         disparity = steps.astype(np.float32)
         disparity *= np.float32(1 / STEPS)
@@ -113,8 +92,11 @@ class DepthFrame:
     picture: ImageArray | None = None
 
     def disparity(self, region: Region) -> Float32Array:
-        """The region; see :class:`OpenedFrame`."""
+        """Inverse depth (h, w) of a region, NaN where there is none."""
         return self.inverse[region.slices].copy()
+
+
+OpenedFrame: TypeAlias = StereoFrame | DepthFrame  # one view at one instant, ready to be measured
 
 
 class StereoSource:
@@ -128,7 +110,14 @@ class StereoSource:
         self._window = parameters.match_window | 1
         self.disparity_range = disparity_range(self.geometry, parameters)
         self._matcher = matcher_of(parameters, self.disparity_range)
-        self._outside = _windows_outside(rectification, parameters.match_window)
+        self._outside: BoolArray | None = None
+        if rectification.image_map is not None:
+            # Windows that reach where the raw right image shows nothing; bilinear resampling and
+            # the derivative reach one pixel farther each.
+            side = parameters.match_window + 4
+            outside = rectification.image_map.outside.astype(np.uint8)
+            reached = cv2.dilate(outside, np.ones((side, side), dtype=np.uint8))
+            self._outside = reached.astype(bool)
         self.rows = 0.0
         """Pixels by which left images lie too low, and are moved up."""
 
@@ -203,16 +192,6 @@ class DepthSource:
         if images.mask is None or self._map is None:
             return images.mask
         return self._map.apply_nearest(images.mask.astype(np.float32)) > 0.5
-
-
-def _windows_outside(rectification: Rectification, window: int) -> BoolArray | None:
-    """Pixels (H, W) whose window reaches where the raw right image shows nothing."""
-    if rectification.image_map is None:
-        return None
-    outside = rectification.image_map.outside.astype(np.uint8)
-    side = window + 4  # bilinear resampling and the derivative reach one pixel farther each
-    reached = cv2.dilate(outside, np.ones((side, side), dtype=np.uint8))
-    return reached.astype(bool)
 
 
 def disparity_range(geometry: DepthGeometry, p: DepthParameters) -> DisparityRange:

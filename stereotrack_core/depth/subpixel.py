@@ -18,6 +18,7 @@ _ENOUGH = 0.02  # pixels; a smaller step ends the iteration
 _FARTHEST = 1.0  # pixels from the matcher's disparity; beyond, something else was found
 _GREY = 15.0  # grey levels of a difference that loses half of its weight
 _LEAST_WEIGHT = 6.0  # sum of weights below which too little of the person is around a pixel
+_ONE, _TWO = np.uint64(1), np.uint64(2)  # steps of unsigned indices
 _GAIN_SIGMA = 0.1  # spread of the gain in a pair, against grey levels' noise of one
 
 
@@ -81,20 +82,19 @@ def _gather(left: Any, right: Any, person: Any, place: Any, robust: bool, near: 
     f = np.float32(d - whole)
     g = np.float32(1.0) - f
     ss = sg = s1 = gg = g1 = total = sr = gr = r1 = 0.0
+    first = max(-half, -column, 1 - whole - column)
+    last = min(half, width - 1 - column, width - 3 - whole - column)
     for dv in range(max(-half, -row), min(half, height - 1 - row) + 1):
-        v = row + dv
-        first = max(-half, -column, 1 - whole - column)
-        last = min(half, width - 1 - column, width - 3 - whole - column)
         for du in range(first, last + 1):
-            u = column + du
+            # Unsigned indices need no check for negative ones, which takes a fifth of the time.
+            v, u, x = np.uint64(row + dv), np.uint64(column + du), np.uint64(column + du + whole)
             if not person[v, u]:
                 continue
-            x = u + whole
-            a, b = left[v, x], left[v, x + 1]
-            slope = np.float32(0.5) * (g * (b - left[v, x - 1]) + f * (left[v, x + 2] - a))
+            a, b = left[v, x], left[v, x + _ONE]
+            slope = np.float32(0.5) * (g * (b - left[v, x - _ONE]) + f * (left[v, x + _TWO] - a))
             grey = float(right[v, u])
             r = (g * a + f * b) - (gain * grey + offset)
-            w = near[dv + half, du + half]
+            w = near[np.uint64(dv + half), np.uint64(du + half)]
             if robust:
                 w /= 1.0 + (r / _GREY) * (r / _GREY)
             ws, wg = w * slope, w * grey

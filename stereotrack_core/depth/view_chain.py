@@ -7,13 +7,12 @@ import operator
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TypeAlias
 
 import cv2
 import numpy as np
 
-from stereotrack_core.arrays import BoolArray, Float32Array, FloatArray, ImageArray, IntArray
-from stereotrack_core.depth.background import ViewBackground
+from stereotrack_core.arrays import BoolArray, Float32Array, FloatArray, IntArray
+from stereotrack_core.depth.background import LearnedFrame, ViewBackground
 from stereotrack_core.depth.cloud import PointCounts, ViewDepth
 from stereotrack_core.depth.match import STEPS, Region, region_of_points, within
 from stereotrack_core.depth.outline import Compared
@@ -84,9 +83,6 @@ def _matched(
     return count
 
 
-LearnedFrame: TypeAlias = tuple[Float32Array, ImageArray | None]  # disparity (H, W), grey picture
-
-
 class ViewChain:
     """Depth, foreground and points of one view; not to be used by two threads at once."""
 
@@ -128,7 +124,7 @@ class ViewChain:
             self.source.rows = other.source.rows
 
     def learn_frame(self, images: ViewImages) -> LearnedFrame | None:
-        """What :meth:`learn_frames` needs of a frame; raw images in colour would take gigabytes."""
+        """What the background needs of a frame; raw images in colour would take gigabytes."""
         try:
             frame = self.source.open(images)
         except NoDepth:
@@ -139,12 +135,6 @@ class ViewChain:
             self.background.learn(disparity, Region.whole(geometry.width, geometry.height))
             return None
         return disparity, frame.picture
-
-    def learn_frames(self, frames: Sequence[LearnedFrame]) -> None:
-        """Take the model from frames of a recording in which somebody moves."""
-        pictures = [picture for _, picture in frames if picture is not None]
-        if frames:
-            self.background.take_frames(pictures, [disparity for disparity, _ in frames])
 
     def _whole(self, frame: OpenedFrame) -> Float32Array:
         """Disparity of all that the working volume can project to, NaN around it."""

@@ -11,12 +11,13 @@ from stereotrack_core.depth.chain import rectification_of
 from stereotrack_core.depth.cloud import DepthGeometry
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.points import Volume
-from stereotrack_core.depth.seen_person import AllPictures, SeenPerson
+from stereotrack_core.depth.seen_person import SeenPerson
 from stereotrack_core.depth.sources import NEAREST_RANGE, disparity_range
 from stereotrack_core.errors import Finding, InputError
 from stereotrack_core.geometry.upright import UP_AXES, Upright
 from stereotrack_core.recording.camera_checks import LikelyUp, up_of_cameras
 from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.reader import FrameReader
 
 _APART = np.cos(np.radians(30.0))  # between optical axes of cameras that stand around something
 _FEW_POINTS = 100
@@ -33,7 +34,7 @@ _PLACE = ("volume_centre_x", "volume_centre_y", "volume_bottom", "volume_x", "vo
 
 
 def settled(
-    recording: Recording, parameters: DepthParameters, pictures: AllPictures, views: Sequence[str]
+    recording: Recording, parameters: DepthParameters, pictures: FrameReader, views: Sequence[str]
 ) -> DepthParameters:
     """Parameters with an upward axis, a working volume and disparities that fit the recording.
 
@@ -76,7 +77,7 @@ class WorkingSpace:
 
 
 def working_space(
-    recording: Recording, parameters: DepthParameters, pictures: AllPictures, views: Sequence[str]
+    recording: Recording, parameters: DepthParameters, pictures: FrameReader, views: Sequence[str]
 ) -> WorkingSpace:
     """What :func:`settled` finds for a recording; raises InputError as that does."""
     found, why, nearest = _settled(recording, parameters, pictures, views)
@@ -121,7 +122,7 @@ _NOBODY = "around the origin, as no person was found"
 
 
 def _settled(
-    recording: Recording, parameters: DepthParameters, pictures: AllPictures, views: Sequence[str]
+    recording: Recording, parameters: DepthParameters, pictures: FrameReader, views: Sequence[str]
 ) -> tuple[DepthParameters, str, Mapping[str, float]]:
     """See :func:`settled`; also what the volume rests on, and the least ranges by view."""
     person = SeenPerson(recording, parameters, pictures, views)
@@ -289,7 +290,7 @@ def is_changed(parameters: DepthParameters) -> bool:
 
 
 def reach_of(
-    recording: Recording, parameters: DepthParameters, pictures: AllPictures, views: Sequence[str]
+    recording: Recording, parameters: DepthParameters, pictures: FrameReader, views: Sequence[str]
 ) -> tuple[Finding, ...]:
     """Findings by some frames; none where no depth can be measured, which other checks tell."""
     try:

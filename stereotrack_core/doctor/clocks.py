@@ -18,12 +18,7 @@ from stereotrack_core.arrays import FloatArray
 from stereotrack_core.doctor.views import Instants, Places
 from stereotrack_core.errors import Correction, CorrectionKind, Finding
 from stereotrack_core.recording.description import Recording
-from stereotrack_core.recording.importing.synchronise import (
-    beside_least,
-    best_lag,
-    motion_of,
-    reduced,
-)
+from stereotrack_core.recording.importing import synchronise
 from stereotrack_core.recording.reader import FrameReader
 
 _MOST_FRAMES = 600
@@ -89,19 +84,19 @@ def motion_signals(reader: FrameReader) -> Signals:
     pictures: dict[tuple[str, str], list[FloatArray]] = {}
     for k in range(min(reader.frame_count, _MOST_FRAMES)):
         for name, images in reader.frame_set(k).views.items():
-            pictures.setdefault((name, "image"), []).append(reduced(images.image))
+            pictures.setdefault((name, "image"), []).append(synchronise.reduced(images.image))
             if images.left is not None:
-                pictures.setdefault((name, "left"), []).append(reduced(images.left))
+                pictures.setdefault((name, "left"), []).append(synchronise.reduced(images.left))
     whole = max(map(len, pictures.values()), default=0)
     # a stream with frames that cannot be read would seem to run ahead
-    return {key: motion_of(one) for key, one in pictures.items() if len(one) == whole}
+    return {key: synchronise.motion_of(one) for key, one in pictures.items() if len(one) == whole}
 
 
 def lag_of(one: FloatArray, other: FloatArray) -> Lag:
     """How much later `other` (F,) shows what `one` (F,) shows."""
     if min(one.std(), other.std()) <= 0:
         return Lag(0.0, 0.0, 0.0)
-    return Lag(*best_lag(one, other))
+    return Lag(*synchronise.best_lag(one, other))
 
 
 def check_lags(signals: Mapping[str, FloatArray], fps: float) -> Iterator[Finding]:
@@ -203,7 +198,7 @@ def delay_of(instants: Instants, places: Places, view: str, step: int = 1) -> De
         return None
     distance = np.sqrt(squares / count)
     at = int(np.argmin(distance))
-    frames = step * (longest - at - beside_least(distance, at))
+    frames = step * (longest - at - synchronise.beside_least(distance, at))
     return frames, float(distance[longest]), float(distance[at])
 
 

@@ -12,13 +12,7 @@ from stereotrack_core.depth.chain import DepthChain
 from stereotrack_core.depth.lost_points import LEAST_POINTS, LostPoints
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.volume import is_changed, reach_of, settled
-from stereotrack_core.doctor.clocks import (
-    STEP,
-    check_clocks,
-    check_delays,
-    motion_signals,
-    stretch_of,
-)
+from stereotrack_core.doctor import clocks
 from stereotrack_core.doctor.light import check_light, check_pictures
 from stereotrack_core.doctor.pairs import check_pairs
 from stereotrack_core.doctor.reference import bodies, check_reference
@@ -95,11 +89,11 @@ def diagnose(
         tell("light")
         found += check_light(recording, reader)
         tell("clocks")
-        signals = motion_signals(reader)
-        found += check_clocks(recording, signals)
+        signals = clocks.motion_signals(reader)
+        found += clocks.check_clocks(recording, signals)
         tell("depths of the views")
-        stretch = stretch_of(list(signals.values()), reader.frame_count)
-        found += _measured(recording, reader, found, stretch[::STEP])
+        stretch = clocks.stretch_of(list(signals.values()), reader.frame_count)
+        found += _measured(recording, reader, found, stretch[:: clocks.STEP])
         found += check_clouds(recording, reader, _views_of(found))
     return tuple(found)
 
@@ -142,7 +136,7 @@ def _measured(
     late = []
     if len(places) > 1:
         in_a_row = [at[k] for k in stretch]
-        late = list(check_delays(in_a_row, places, recording.fps, STEP))
+        late = list(clocks.check_delays(in_a_row, places, recording.fps, clocks.STEP))
     yield from late
     in_step = {name: one for name, one in places.items() if name not in _views_of(late)}
     apart = [at[k] for k in frames] if in_step else []

@@ -135,7 +135,6 @@ def _of_view(where: str, seen: Sequence[_Seen]) -> Iterator[Finding]:
 
 
 def _flicker(where: str, gains: FloatArray) -> Iterator[Finding]:
-    """Changes of brightness from frame to frame."""
     if len(gains) < _SUCCESSIVE // 2:
         return
     fast = gains[1:-1] - (gains[:-2] + gains[2:]) / 2.0

@@ -21,7 +21,7 @@ from stereotrack_core.depth.rectify import common_rotation
 from stereotrack_core.errors import Correction, Finding, Severity
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.camera_checks import inverted, transposed
-from stereotrack_core.recording.description import Recording, View
+from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.images import spread
 from stereotrack_core.recording.reader import FrameReader
 
@@ -154,14 +154,8 @@ MENDED_PX = 0.7
 _MENDED_SHARE = 0.4  # row offset, and share of the one before, that a correction leaves
 _MENDED_TURN = np.radians(45.0)
 _TIE_PX = 0.1
-_LEAST_FOCAL, _MOST_FOCAL = 0.005, 0.2  # shares by which a focal length is taken to be wrong
 _CLEARLY = 0.7  # share of another one's row offset that a better explanation leaves
-_NUMBERS = 5
-_TURN, _LEFT_FOCAL, _RIGHT_FOCAL = (0, 1, 2), (3,), (4,)
-"""Numbers that turn the right camera (radians), and that make the
-focal length of the left or the right one smaller (as a share)."""
-
-_NOISE_PX = 0.3  # row offset from which details count less while numbers are fitted
+_NOISE_PX = 0.3  # row offset from which details count less while a turn is fitted
 
 
 Remedy: TypeAlias = tuple[str, Correction | None]
@@ -200,18 +194,11 @@ def _exchange(view: str, left: float) -> Remedy:
 
 
 def _likeliest(cameras: Pair, details: Details, limit: float) -> Remedy | None:
-    """The best explanation of row offsets; a turn or focal length that leaves less beats a slip."""
-    rows = RowChanges(cameras, details)
-    change = rows.fitted(_TURN)
-    turn = float(np.linalg.norm(change))
-    offset = float(np.nanmedian(np.abs(rows.rows(change))))
-    turned = offset if turn < _MENDED_TURN else np.inf
-    focal, scaled = _focal(cameras, rows)
+    """The best explanation of row offsets; a turn that leaves less beats a slip."""
+    turn, turned = _turn(cameras, details)
     slip, slipped = _slip(cameras, details)
-    if slipped < min(limit, min(turned, scaled) / _CLEARLY + _TIE_PX):
+    if slipped < min(limit, turned / _CLEARLY + _TIE_PX):
         return slip
-    if scaled < min(limit, turned / _CLEARLY + _TIE_PX):
-        return focal, None
     if turned < limit:
         return (
             f"One camera is turned by {np.degrees(turn):.1f} degrees against the calibration "
@@ -219,26 +206,6 @@ def _likeliest(cameras: Pair, details: Details, limit: float) -> Remedy | None:
             "pair again."
         ), None
     return slip if slipped < limit else None
-
-
-def _focal(cameras: Pair, rows: RowChanges) -> tuple[str, float]:
-    """Sentence on the focal length that helps most, and the row offset then."""
-    tried = []
-    for camera, free in zip(cameras, (_LEFT_FOCAL, _RIGHT_FOCAL), strict=True):
-        change = rows.fitted(free)
-        share = abs(change[free[0]])
-        offset = float(np.nanmedian(np.abs(rows.rows(change))))
-        if _LEAST_FOCAL < share < _MOST_FOCAL:
-            tried.append((offset, camera.name, 1 / (1 + change[free[0]])))
-    if not tried:
-        return "", np.inf
-    (best, name, factor), *others = sorted(tried)
-    alone = any(best < _CLEARLY * offset for offset, _, _ in others)
-    other = "" if alone else ", or divide the other one by it"
-    return (
-        "The focal lengths of the two cameras do not fit each other: multiply that of "
-        f"{name} by about {factor:.3g}{other} (tested: then the rows agree within {px(best)})."
-    ), best
 
 
 def _slip(cameras: Pair, details: Details) -> tuple[Remedy, float]:
@@ -259,45 +226,32 @@ def _slip(cameras: Pair, details: Details) -> tuple[Remedy, float]:
     return (f"{said} (tested: then the rows agree within {px(best)}).", correction), best
 
 
-class RowChanges:
-    """Row offsets of details with a pair's calibration changed by five numbers."""
+def _turn(cameras: Pair, details: Details) -> tuple[float, float]:
+    """Angle, radians, by which turning the right camera helps most, and the row offset then."""
+    common, ahead, ways = common_rotation(*cameras), [], []
+    for camera, pixels in zip(cameras, (details.left, details.image), strict=True):
+        rotation = camera.camera_from_world.rotation
+        rays = camera.rays_world(pixels) @ rotation.T
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ahead.append(rays / rays[:, 2:])
+        ways.append(common @ rotation.T)
 
-    def __init__(self, cameras: Pair, details: Details) -> None:
-        common = common_rotation(*cameras)
-        self._focal = cameras[0].focal
-        self._plane: list[FloatArray] = []
-        self._turns: list[FloatArray] = []
-        for camera, pixels in zip(cameras, (details.left, details.image), strict=True):
-            rotation = camera.camera_from_world.rotation
-            rays = camera.rays_world(pixels) @ rotation.T
-            with np.errstate(divide="ignore", invalid="ignore"):
-                self._plane.append(rays[:, :2] / rays[:, 2:])
-            self._turns.append(common @ rotation.T)
-
-    def rows(self, change: FloatArray) -> FloatArray:
-        """Row offsets (N,), pixels."""
-        turn = scipy.spatial.transform.Rotation.from_rotvec(change[:3]).as_matrix()
-        ways = (self._turns[0], 1.0 + change[3]), (self._turns[1] @ turn, 1.0 + change[4])
+    def rows(turn: FloatArray) -> FloatArray:
+        back = scipy.spatial.transform.Rotation.from_rotvec(turn).as_matrix()
         heights = []
-        for plane, (way, larger) in zip(self._plane, ways, strict=True):
-            rays = np.column_stack([plane * larger, np.ones(len(plane))]) @ way.T
+        for rays, way in zip(ahead, (ways[0], ways[1] @ back), strict=True):
+            _, y, z = way @ rays.T
             with np.errstate(divide="ignore", invalid="ignore"):
-                heights.append(np.where(rays[:, 2] > 0.1, rays[:, 1] / rays[:, 2], np.nan))
-        return np.asarray(self._focal * (heights[0] - heights[1]))
+                heights.append(np.where(z > 0.1, y / z, np.nan))
+        return np.asarray(cameras[0].focal * (heights[0] - heights[1]))
 
-    def fitted(self, free: tuple[int, ...]) -> FloatArray:
-        """The numbers of which some are free, for the least row offsets."""
-
-        def change(values: FloatArray) -> FloatArray:
-            changed = np.zeros(_NUMBERS)
-            changed[list(free)] = values
-            return changed
-
-        solved = scipy.optimize.least_squares(
-            lambda values: np.nan_to_num(self.rows(change(values)), nan=0.0),
-            np.zeros(len(free)), loss="soft_l1", f_scale=_NOISE_PX, x_scale=0.01, max_nfev=30,
-        )  # fmt: skip
-        return change(solved.x)
+    solved = scipy.optimize.least_squares(
+        lambda turn: np.nan_to_num(rows(turn), nan=0.0), np.zeros(3),
+        loss="soft_l1", f_scale=_NOISE_PX, x_scale=0.01, max_nfev=30,
+    )  # fmt: skip
+    turn = float(np.linalg.norm(solved.x))
+    offset = float(np.nanmedian(np.abs(rows(solved.x))))
+    return turn, offset if turn < _MENDED_TURN else np.inf
 
 
 _FRAMES = 2  # Few: things that stand still give most details, and are the same in all frames
@@ -309,7 +263,7 @@ _TOLD_PX, _DOUBTFUL_PX, _WRONG_PX = 0.5, 1.0, 2.5  # row offsets: told, matching
 def check_pairs(recording: Recording, reader: FrameReader) -> Iterator[Finding]:
     """Findings about the stereo views of a recording."""
     sets = [reader.frame_set(k) for k in spread(reader.frame_count, _FRAMES)]
-    matched: dict[str, Matched] = {}
+    matched: dict[str, tuple[Pair, Details]] = {}
     for view in recording.views:
         if view.left is None:
             continue
@@ -330,14 +284,15 @@ def check_pairs(recording: Recording, reader: FrameReader) -> Iterator[Finding]:
                 )
                 yield Finding("error", f"view {view.name}", what, remedy)
             else:
-                matched[view.name] = Matched(view, (cameras[0], cameras[1]), details)
+                matched[view.name] = (cameras[0], cameras[1]), details
     wrong = {
         name: found
-        for name, one in matched.items()
-        if (found := list(check_pair(one.view, one.cameras, one.details)))
+        for name, (pair, details) in matched.items()
+        if (found := list(check_pair(name, pair, details)))
     }
-    for (a, one), (b, other) in combinations(matched.items(), 2):
-        if a in wrong and b in wrong and _fit(one, other.cameras) and _fit(other, one.cameras):
+    for (a, (one, of_one)), (b, (other, of_other)) in combinations(matched.items(), 2):
+        exchanged = a in wrong and b in wrong and _fit(of_one, one, other)
+        if exchanged and _fit(of_other, other, one):
             del wrong[a], wrong[b]
             fit = "they are exchanged: the images of each fit the cameras of the other one"
             yield replace(exchanged_views(a, b), what=fit)
@@ -345,22 +300,11 @@ def check_pairs(recording: Recording, reader: FrameReader) -> Iterator[Finding]:
         yield from found
 
 
-@dataclass(frozen=True, eq=False)
-class Matched:
-    """A stereo view with its left and right camera, and the details that both images show."""
-
-    view: View
-    cameras: Pair
-    details: Details
-
-
-def _fit(one: Matched, cameras: Pair) -> bool:
-    """Whether a view's details lie in the same rows with these cameras."""
-    same = all(
-        (a.width, a.height) == (b.width, b.height)
-        for a, b in zip(one.cameras, cameras, strict=True)
-    )
-    return same and row_fit(cameras, one.details).misfit < MENDED_PX * _scale(cameras)
+def _fit(details: Details, own: Pair, cameras: Pair) -> bool:
+    """Whether a view's details lie in the same rows with other cameras than its own."""
+    sizes = [[(one.width, one.height) for one in pair] for pair in (own, cameras)]
+    limit = MENDED_PX * _scale(cameras)
+    return sizes[0] == sizes[1] and row_fit(cameras, details).misfit < limit
 
 
 def _scale(cameras: Pair) -> float:
@@ -368,9 +312,9 @@ def _scale(cameras: Pair) -> float:
     return max(cameras[1].width / _WIDTH, 0.5)
 
 
-def check_pair(view: View, cameras: Pair, details: Details) -> Iterator[Finding]:
-    """Findings about one pair, by its details."""
-    where, scale = f"view {view.name}", _scale(cameras)
+def check_pair(view: str, cameras: Pair, details: Details) -> Iterator[Finding]:
+    """Findings about the pair of a view, by its details."""
+    where, scale = f"view {view}", _scale(cameras)
     if np.linalg.norm(cameras[0].position_world - cameras[1].position_world) < 1e-6:
         return  # told by the checks of the cameras
     if len(details.left) < FEWEST:
@@ -390,4 +334,4 @@ def check_pair(view: View, cameras: Pair, details: Details) -> Iterator[Finding]
         f"rows after rectification (median of {len(details.left)}; less than 1 px in good pairs)"
     )
     severity: Severity = "error" if fit.misfit > _WRONG_PX * scale else "warning"
-    yield Finding(severity, where, what, *remedy_of(view.name, cameras, details, fit, scale))
+    yield Finding(severity, where, what, *remedy_of(view, cameras, details, fit, scale))

@@ -23,17 +23,7 @@ import scipy
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
-from stereotrack_core.evaluation.summary import (
-    ERROR_MEASURES,
-    LOST_ANGLE,
-    Summary,
-    errors_against,
-    knows_something,
-    points_at,
-    summarise,
-    values_of,
-    within,
-)
+from stereotrack_core.evaluation import summary
 from stereotrack_core.recording.description import Segment
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 
@@ -173,7 +163,7 @@ class Pair:
     first: str
     second: str  # `first` and `second`: names of the runs
     measures: tuple[Paired, ...]  # errors if there is a reference, then the runs' own signs
-    apart: Summary  # how far the runs are from each other, over what both know
+    apart: summary.Summary  # how far the runs are from each other, over what both know
 
     def measure(self, name: str) -> Paired:
         """The measure of that name; KeyError where there is none."""
@@ -184,7 +174,6 @@ class Pair:
 class Comparison:
     """Runs beside the first one."""
 
-    names: tuple[str, ...]
     frames: IntArray  # (F,). That all of them have and, where there is a reference, it knows.
     against_reference: bool
     pairs: tuple[Pair, ...]  # the first run with each of the others
@@ -220,8 +209,7 @@ def compare(
         differences = tuple(paired(one, theirs[one.measure.name]) for one in own)
         apart = _apart(first[0].trajectory, other.trajectory)
         pairs.append(Pair(first[0].name, other.name, differences, apart))
-    names = tuple(candidate.name for candidate in candidates)
-    return Comparison(names, shared, truth is not None, tuple(pairs))
+    return Comparison(shared, truth is not None, tuple(pairs))
 
 
 def compare_segments(
@@ -233,7 +221,7 @@ def compare_segments(
     """The same for each name, over all of its stretches; None where no frame of it is left."""
     shared, found = shared_frames(candidates, reference, frames), []
     for name in dict.fromkeys(segment.name for segment in segments):
-        part = shared[within([one for one in segments if one.name == name], shared)]
+        part = shared[summary.within([one for one in segments if one.name == name], shared)]
         found.append((name, compare(candidates, reference, part) if len(part) else None))
     return tuple(found)
 
@@ -258,7 +246,7 @@ def shared_frames(
     """Frames that all of them have and, where there is a reference, it knows."""
     several = [candidate.trajectory.frame for candidate in candidates]
     if reference is not None:
-        several.append(reference.frame[knows_something(reference)])
+        several.append(reference.frame[summary.knows_something(reference)])
     shared: IntArray = reduce(np.intersect1d, several)
     if isinstance(frames, range):
         return shared[(shared >= frames.start) & (shared < frames.stop)]
@@ -278,18 +266,18 @@ def _at(candidate: Candidate, frames: IntArray) -> Candidate:
 def _truth_at(reference: LandmarkTrajectory | None, frames: IntArray) -> LandmarkTrajectory | None:
     if reference is None:
         return None
-    return LandmarkTrajectory(frames, points_at(reference, frames))
+    return LandmarkTrajectory(frames, summary.points_at(reference, frames))
 
 
 def _measures(candidate: Candidate, truth: LandmarkTrajectory | None) -> tuple[Series, ...]:
     """Errors as ``evaluate`` prints them, where there is truth; then what the run itself says."""
     rows: list[tuple[str, str, str, FloatArray]] = []
     if truth is not None:
-        errors = errors_against(candidate.trajectory, truth)
-        values, arms = values_of(errors), errors.arm_segments
-        lost = np.where(np.isnan(arms), np.nan, 100.0 * (arms > LOST_ANGLE))
+        errors = summary.errors_against(candidate.trajectory, truth)
+        values, arms = summary.values_of(errors), errors.arm_segments
+        lost = np.where(np.isnan(arms), np.nan, 100.0 * (arms > summary.LOST_ANGLE))
         rows = [("arms", "arms", "deg", np.rad2deg(arms))]
-        rows += [(*measure, values[measure[0]]) for measure in ERROR_MEASURES]
+        rows += [(*measure, values[measure[0]]) for measure in summary.ERROR_MEASURES]
         rows.append(("lost", "arm segments lost", "%", lost))
     if candidate.unexplained_fraction is not None:
         unexplained = 100.0 * candidate.unexplained_fraction
@@ -299,12 +287,12 @@ def _measures(candidate: Candidate, truth: LandmarkTrajectory | None) -> tuple[S
     return tuple(Series.of(values, *measure) for *measure, values in rows)
 
 
-def _apart(first: LandmarkTrajectory, second: LandmarkTrajectory) -> Summary:
+def _apart(first: LandmarkTrajectory, second: LandmarkTrajectory) -> summary.Summary:
     """How far a trajectory is from another, over the landmarks that both know."""
     both: BoolArray = np.asarray(np.isfinite(first.points + second.points).all(axis=-1))
     points: FloatArray = np.where(both[..., None], first.points, np.nan)
     known = LandmarkTrajectory(first.frame, points)
-    return summarise(errors_against(second, known), "apart")
+    return summary.summarise(summary.errors_against(second, known), "apart")
 
 
 _UNITS = {"%": "percentage points"}

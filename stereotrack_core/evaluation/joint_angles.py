@@ -232,8 +232,8 @@ class StretchRanges:
     name: str  # the segment, or ``"all"``
     first: int
     end: int  # `first` and `end`: its frames that there are, half-open; else the segment's
-    frames: dict[str, int]  # frames in which each angle is known, by its name
-    degrees: dict[str, dict[str, float]]  # those of :data:`RANGES` by angle; NaN if unknown
+    angles: dict[str, dict[str, float]]
+    """Frames in which each angle is known, and those of :data:`RANGES` in degrees, else NaN."""
 
 
 def angle_ranges(angles: JointAngles, segments: Sequence[Segment] = ()) -> list[StretchRanges]:
@@ -246,14 +246,13 @@ def angle_ranges(angles: JointAngles, segments: Sequence[Segment] = ()) -> list[
         if len(part.frame):
             first, end = int(part.frame[0]), int(part.frame[-1]) + 1
         columns = [values[np.isfinite(values)] for values in np.degrees(part.angle).T]
-        frames = {name: len(values) for name, values in zip(NAMES, columns, strict=True)}
-        degrees = {name: dict.fromkeys(RANGES, math.nan) for name in NAMES}
+        known: dict[str, dict[str, float]] = {}
         for name, values in zip(NAMES, columns, strict=True):
+            known[name] = {"frames": len(values), **dict.fromkeys(RANGES, math.nan)}
             if len(values):
-                low, high = float(values.min()), float(values.max())
-                told = low, high, high - low, float(values.mean())
-                degrees[name] = dict(zip(RANGES, told, strict=True))
-        found.append(StretchRanges(stretch.name, first, end, frames, degrees))
+                low, high, mean = float(values.min()), float(values.max()), float(values.mean())
+                known[name] |= {"minimum": low, "maximum": high, "range": high - low, "mean": mean}
+        found.append(StretchRanges(stretch.name, first, end, known))
     return found
 
 

@@ -14,7 +14,7 @@ from stereotrack_core.recording.keypoints import Keypoints
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.recording.sighted_keypoints import keypoints_in_views
 from stereotrack_core.tracking.frame import Run
-from stereotrack_core.tracking.keypoint_checks import keypoint_fits
+from stereotrack_core.tracking.run_checks import keypoint_fits
 from stereotrack_core.tracking.stored import body_of_run, pose_of_run
 
 

@@ -14,19 +14,11 @@ from stereotrack_core.errors import Cancelled
 from stereotrack_core.evaluation.summary import statistics
 from stereotrack_core.interop.run_journal import RunJournal, Wish
 from stereotrack_core.recording.description import Recording
+from stereotrack_core.tracking import run_checks
 from stereotrack_core.tracking.frame import LOOKED_AGAIN, Replaced, Run, TrackedFrame
 from stereotrack_core.tracking.lengths_fit import ESTIMATING_LENGTHS, LENGTH_FRAMES
 from stereotrack_core.tracking.repair import REPAIRED
 from stereotrack_core.tracking.run import Advance, track
-from stereotrack_core.tracking.run_checks import (
-    HEADING,
-    Blindness,
-    Gap,
-    Untracked,
-    blind_stretches,
-    gaps_of,
-    untracked_in,
-)
 from stereotrack_core.tracking.run_spec import Hooks, RunSpec
 from stereotrack_core.tracking.second_look import LOOKING_AGAIN
 from stereotrack_core.tracking.unfinished import INCOMPLETE, UnfinishedRun
@@ -38,10 +30,12 @@ class TrackedRun:
 
     run: Run  # its meta states the wall time as ``wall_seconds``
     wanted: int  # frames that were asked for
-    gaps: tuple[Gap, ...]
-    blind: tuple[Blindness, ...]  # where a used view gave nothing; also in the run's meta
+    gaps: tuple[run_checks.Gap, ...]
+    blind: tuple[
+        run_checks.Blindness, ...
+    ]  # where a used view gave nothing; also in the run's meta
     stopped: bool  # whether it was stopped before the last frame
-    untracked: Untracked  # the frames that were not tracked, and why
+    untracked: run_checks.Untracked  # the frames that were not tracked, and why
     changed: tuple[int, ...] = ()  # frames tracked again that came out otherwise
 
     @property
@@ -60,7 +54,7 @@ class TrackedRun:
             "tracked": int(tracked.sum()),
             "not_tracked": self.gaps,
             "blind_views": self.blind,
-            "heading": run.meta.get(HEADING),
+            "heading": run.meta.get(run_checks.HEADING),
             "warnings": list(run.meta["warnings"]),
             "untracked_because": self.untracked.causes,
             "points": self.untracked.counts,
@@ -154,7 +148,7 @@ def track_recording(
             begun=begun,
             count=count,
         )
-    untracked = untracked_in(course.frames, recording, spec.settings)
+    untracked = run_checks.untracked_in(course.frames, recording, spec.settings)
     return _tracked(run, course, untracked, clock(), wanted)
 
 
@@ -165,16 +159,16 @@ def steps(spec: RunSpec, count: int, begun: UnfinishedRun | None = None) -> int:
 
 
 def _tracked(
-    run: Run, course: _Course, untracked: Untracked, seconds: float, wanted: int
+    run: Run, course: _Course, untracked: run_checks.Untracked, seconds: float, wanted: int
 ) -> TrackedRun:
     bridged = {*run.meta["bridged"], *run.meta.get(REPAIRED, ())}
     gone = [one for one in course.frames if not (one.tracked or one.frame in bridged)]
-    blind = blind_stretches(course.frames)
+    blind = run_checks.blind_stretches(course.frames)
     facts = {INCOMPLETE: len(run.frame) < wanted, "blind": [vars(one) for one in blind]}
     return TrackedRun(
         run=run.stating(wall_seconds=seconds, **facts),
         wanted=wanted,
-        gaps=gaps_of([(one.frame, one.reason) for one in gone]),
+        gaps=run_checks.gaps_of([(one.frame, one.reason) for one in gone]),
         blind=blind,
         stopped=len(run.frame) < wanted,
         untracked=untracked,

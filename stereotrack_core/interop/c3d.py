@@ -100,7 +100,6 @@ class _Parameter:
 
 
 def _parse_c3d(data: bytes) -> _C3DContent:
-    """Parse the bytes of a file of any processor."""
     if len(data) < _BLOCK or data[1] != _MAGIC:
         raise ValueError("this is not a C3D file")
     try:

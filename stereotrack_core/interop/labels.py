@@ -25,24 +25,12 @@ from dataclasses import replace
 from pathlib import Path
 
 from stereotrack_core import tables
-from stereotrack_core.annotation.click import (
-    LAST_FRAME,
-    Click,
-    ClickKey,
-    Visibility,
-)
+from stereotrack_core.annotation.click import LAST_FRAME, Click, ClickKey, Visibility
 from stereotrack_core.atomic import write_file
 from stereotrack_core.errors import InputError
+from stereotrack_core.interop import label_source
 from stereotrack_core.interop.coco import read_coco
 from stereotrack_core.interop.deeplabcut import is_deeplabcut, read_deeplabcut
-from stereotrack_core.interop.label_source import (
-    PLACES_ALONE,
-    PROVENANCE,
-    Labels,
-    LabelSource,
-    provenance_of_click,
-    stated_provenance,
-)
 from stereotrack_core.interop.run_file import TRAJECTORY_SUFFIXES
 from stereotrack_core.interop.sleap import read_sleap
 from stereotrack_core.recording.description import Recording
@@ -57,7 +45,7 @@ _POINT_TABLES = (
 it is; whether y points up, from the edge below the last row. A header is of the first that fits."""
 
 
-def _read_points(source: LabelSource) -> Labels:
+def _read_points(source: label_source.LabelSource) -> label_source.Labels:
     """Read clicks of the cameras in the recording's order; InputError if no point is known."""
     path = source.path
     lines = tables.read_cells(path, headers=1)
@@ -89,7 +77,7 @@ def _read_points(source: LabelSource) -> Labels:
 
     rows = enumerate(lines[1:], start=2)
     found = source.labels((point for point, _ in places), rows, read)
-    return replace(found, unstated=PLACES_ALONE)
+    return replace(found, unstated=label_source.PLACES_ALONE)
 
 
 def _has_columns(header: Sequence[str], form: re.Pattern[str]) -> bool:
@@ -115,10 +103,10 @@ def is_trajectory(path: Path) -> bool:
     return bool(lines) and set(lines[0]) >= _TRAJECTORY_COLUMNS
 
 
-def read_labels(source: LabelSource, frames: int | None = None) -> Labels:
+def read_labels(source: label_source.LabelSource, frames: int | None = None) -> label_source.Labels:
     """Read clicks, and what is wrong in the file; InputError if it is of no known kind."""
     suffix = source.path.suffix.lower()
-    read: Callable[[LabelSource], Labels] | None
+    read: Callable[[label_source.LabelSource], label_source.Labels] | None
     read = {".json": read_coco, ".slp": read_sleap, ".h5": read_deeplabcut}.get(suffix)
     if suffix == ".csv":
         lines = tables.read_cells(source.path)
@@ -138,7 +126,9 @@ def read_labels(source: LabelSource, frames: int | None = None) -> Labels:
     return read_clicks(source.path, source.recording, landmarks=source.landmarks, frames=frames)
 
 
-def _checked(found: Labels, source: LabelSource, frames: int | None) -> Labels:
+def _checked(
+    found: label_source.Labels, source: label_source.LabelSource, frames: int | None
+) -> label_source.Labels:
     """The labels whose frames and places there are, each once."""
     kept: dict[ClickKey, Click] = {}
     problems = list(found.problems)
@@ -178,7 +168,7 @@ def read_clicks(
     *,
     landmarks: Sequence[str] = LANDMARKS,
     frames: int | None = None,
-) -> Labels:
+) -> label_source.Labels:
     """Read clicks of a recording, and everything that is wrong in the file.
 
     A ``view`` names a view of the recording (that view's reference image) or a camera. `frames` is
@@ -195,7 +185,7 @@ def read_clicks(
     lines: dict[ClickKey, int] = {}
     clicks = []
     header = next(iter(tables.read_cells(path)), [])
-    columns = (*COLUMNS, *(name for name in PROVENANCE if name in header))
+    columns = (*COLUMNS, *(name for name in label_source.PROVENANCE if name in header))
     for line, cells in tables.read_rows(path, columns, problems):
         try:
             click = _click(path, line, cells, recording, landmarks, frames)
@@ -210,7 +200,7 @@ def read_clicks(
         clicks.append(click)
     problems.sort(key=_line_of)
     unstated = tuple(name for name in ("flag", "sigma") if name not in header)
-    return Labels(tuple(clicks), tuple(problems), unstated=unstated)
+    return label_source.Labels(tuple(clicks), tuple(problems), unstated=unstated)
 
 
 def write_clicks(path: Path, clicks: Iterable[Click], recording: Recording) -> None:
@@ -221,7 +211,7 @@ def write_clicks(path: Path, clicks: Iterable[Click], recording: Recording) -> N
     """
     there = (click for click in clicks if not click.deleted)
     rows = sorted(_row(click, recording) for click in there)
-    write_file(path, tables.csv_text((*COLUMNS, *PROVENANCE), rows))
+    write_file(path, tables.csv_text((*COLUMNS, *label_source.PROVENANCE), rows))
 
 
 def _row(click: Click, recording: Recording) -> tuple[int | str | float, ...]:
@@ -233,7 +223,7 @@ def _row(click: Click, recording: Recording) -> tuple[int | str | float, ...]:
         raise InputError(what, where=recording.name, remedy=remedy)
     x, y = ("", "") if click.position is None else (repr(float(value)) for value in click.position)
     place = click.frame, name, click.landmark, x, y, int(click.visibility)
-    return (*place, *provenance_of_click(click).values())
+    return (*place, *label_source.provenance_of_click(click).values())
 
 
 def _click(
@@ -266,7 +256,7 @@ def _click(
     if seen != Visibility.OUTSIDE:
         x, y = (tables.finite_number(cells[axis], path, line, axis) for axis in "xy")
         position = x, y
-    stated = stated_provenance(cells, f"{path}, line {line}")
+    stated = label_source.stated_provenance(cells, f"{path}, line {line}")
     click = Click(frame, cameras[name], landmark, position, seen, **stated)
     if trouble := _trouble(click, recording, frames):
         remedy = "Write raw-image pixels (the centre of the first pixel is 0), or visibility 0."

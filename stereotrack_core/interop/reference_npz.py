@@ -2,7 +2,6 @@
 
 import io
 import json
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -139,6 +138,8 @@ def _reference_in(file: BinaryIO, where: str) -> Reference:
     with _FILE.decoding(where):
         meta: dict[str, Any] = parsed_json(str(arrays["meta"]), f"{where}, meta")
         check_kind(meta, _META, f"{where}, meta", _FILE.remedy)
+        told = (*landmarks.TEXT_COLUMNS, *landmarks.NUMBER_COLUMNS)
+        known = set(told) <= arrays.keys()
         return Reference(
             frame=frame.astype(np.int64),
             points=points,
@@ -147,10 +148,5 @@ def _reference_in(file: BinaryIO, where: str) -> Reference:
             filled=arrays.get("filled"),
             landmark_names=tuple(str(one) for one in arrays["landmark_names"]),
             meta=meta,
-            provenance=_provenance_in(arrays),
+            provenance=Provenance(*(arrays[name] for name in told)) if known else None,
         )
-
-
-def _provenance_in(arrays: Mapping[str, Any]) -> Provenance | None:
-    names = (*landmarks.TEXT_COLUMNS, *landmarks.NUMBER_COLUMNS)
-    return Provenance(*(arrays[name] for name in names)) if set(names) <= arrays.keys() else None

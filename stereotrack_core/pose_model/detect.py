@@ -1,6 +1,6 @@
 """Run a pose model over a recording: the same person in picture after picture of every view."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -149,6 +149,7 @@ def detect_keypoints(
     *,
     views: Sequence[str] | None = None,
     layout: str | None = None,
+    boxes: Mapping[str, Box] | None = None,
     on_frame: Callable[[int], object] = lambda _done: None,
     cancelled: Callable[[], bool] = lambda: False,
 ) -> Keypoints:
@@ -156,12 +157,12 @@ def detect_keypoints(
 
     At first the person is looked for, by a model of the user where anything moves in the recording,
     afterwards followed from picture to picture. `layout` names in ``LAYOUTS`` the order of the
-    points of such a model. `on_frame` is told how many frames are done; once `cancelled` says so,
-    what was found is returned. Raises InputError where a stream cannot be read, or the order is
-    unknown.
+    points of such a model, `boxes` are those of :func:`person_boxes` where they are known.
+    `on_frame` is told how many frames are done; once `cancelled` says so, what was found is
+    returned. Raises InputError where a stream cannot be read, or the order is unknown.
     """
     chosen = [view for view in recording.views if views is None or view.name in views]
-    boxes = person_boxes(recording)
+    boxes = person_boxes(recording) if boxes is None else boxes
     source = DETECTOR_NAME if isinstance(model, PoseDetector) else model.path.stem
     followers = {
         view.name: _DetectorFollower(model, whereabouts(recording, view, boxes.get(view.name)))

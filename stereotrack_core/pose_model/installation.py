@@ -5,7 +5,6 @@ MediaPipe holds them; the package itself needs an old numpy and is not installed
 """
 
 import hashlib
-import importlib.metadata
 import importlib.util
 import os
 import subprocess
@@ -153,11 +152,13 @@ def _is_kept(folder: Path, file: ModelFile) -> bool:
 
 
 def _runtime() -> str:
+    from importlib.metadata import PackageNotFoundError, version  # loads half of `email`
+
     if importlib.util.find_spec("ai_edge_litert") is None:
         return ""
     try:
-        return importlib.metadata.version("ai-edge-litert")
-    except importlib.metadata.PackageNotFoundError:  # put together without its list of packages
+        return version("ai-edge-litert")
+    except PackageNotFoundError:  # put together without its list of packages
         return "unknown"
 
 

@@ -21,13 +21,7 @@ from stereotrack_core.annotation.reference import MAX_SIGMA, Reference
 from stereotrack_core.atomic import write_file
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
-from stereotrack_core.evaluation.joint_angles import (
-    JointAngles,
-    angles_of_run,
-    angles_of_trajectory,
-    frame_columns,
-    frame_rows,
-)
+from stereotrack_core.evaluation import joint_angles
 from stereotrack_core.interop.coco import write_coco
 from stereotrack_core.interop.deeplabcut import write_deeplabcut
 from stereotrack_core.interop.keypoints.json_files import write_results
@@ -156,12 +150,12 @@ def _with_table(written: Exported, path: Path, write: Callable[[Path], None]) ->
     return replace(written, files={**written.files, table: "provenance of each landmark"})
 
 
-def export_angles(path: Path, angles: JointAngles, fps: float | None) -> Exported:
+def export_angles(path: Path, angles: joint_angles.JointAngles, fps: float | None) -> Exported:
     """Write joint angles of every frame as CSV."""
     if fps is None:
         remedy = "Give it, for example with --fps 30."
         raise InputError("the frame rate is not known", where=str(path), remedy=remedy)
-    write_file(path, csv_text(frame_columns(), frame_rows(angles, fps)))
+    write_file(path, csv_text(joint_angles.frame_columns(), joint_angles.frame_rows(angles, fps)))
     return Exported({path: f"joint angles of {counted(len(angles.frame), 'frame')}"})
 
 
@@ -189,11 +183,13 @@ def _landmarks_of_reference(path: Path, reference: Reference, fps: float | None)
 
 
 def _angles_of_run(path: Path, run: Run, fps: float | None) -> Exported:
-    return export_angles(path, angles_of_run(run), fps_of_run(run) if fps is None else fps)
+    return export_angles(
+        path, joint_angles.angles_of_run(run), fps_of_run(run) if fps is None else fps
+    )
 
 
 def _angles(path: Path, trajectory: LandmarkTrajectory, fps: float | None) -> Exported:
-    return export_angles(path, angles_of_trajectory(trajectory), fps)
+    return export_angles(path, joint_angles.angles_of_trajectory(trajectory), fps)
 
 
 def _deeplabcut(path: Path, clicked: ClickedRecording) -> Exported:

@@ -7,14 +7,9 @@ from functools import partial
 
 import numpy as np
 
+from stereotrack_core.annotation import doubts
 from stereotrack_core.annotation.click import ClickKey
 from stereotrack_core.annotation.click_gains import SCORED
-from stereotrack_core.annotation.doubts import (
-    doubtful_camera,
-    own_outliers,
-    what_disagrees,
-    what_to_do,
-)
 from stereotrack_core.annotation.fit.fit import FitRequest, fit_reference
 from stereotrack_core.annotation.fit.results import CLICKED, GAP, INTERPOLATED, TrajectoryFit
 from stereotrack_core.annotation.fit.state import FitSettings
@@ -132,8 +127,8 @@ def read_reference(project: Project, recording: Recording, name: str) -> ShownRe
         says = f"arm uncertainty {spread_words(good)}"
         words = f"“{name}”: {len(reference.frame)} frames, {says}. {reference.left_out(MAX_SIGMA)}"
         return ShownReference(name, reference, None, words.strip())
-    doubtful = doubtful_camera(clicks, cameras, landmarks)
-    outliers = own_outliers(fit.flagged(), doubtful, clicks, cameras)
+    doubtful = doubts.doubtful_camera(clicks, cameras, landmarks)
+    outliers = doubts.own_outliers(fit.flagged(), doubtful, clicks, cameras)
     words = f"“{name}”: {_words(fit, len(outliers), doubtful, recording.camera_names())}"
     words += f" {reference.left_out(MAX_SIGMA)}"
     known = fitted_clicks(reference.meta, clicks)
@@ -160,9 +155,9 @@ def _words(
             f"{spread_words(scored[worst])} for the {worst.replace('_', ' ')}"
         )
     if doubtful is not None:
-        parts.append(what_disagrees(doubtful, names))
+        parts.append(doubts.what_disagrees(doubtful, names))
     if outliers:
         verb = "looks like an outlier" if outliers == 1 else "look like outliers"
         parts.append(f"{counted(outliers, 'click')} {verb}")
     words = "; ".join(parts) + "."
-    return words if doubtful is None else f"{words} {what_to_do(doubtful)}"
+    return words if doubtful is None else f"{words} {doubts.what_to_do(doubtful)}"

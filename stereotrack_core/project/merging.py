@@ -61,7 +61,8 @@ class Incoming:
                 f"{len(self.conflicts)} click{'s' if several else ''} already in the project "
                 f"differ{'' if several else 's'}, such as {landmark} in {camera}, frame {frame}",
                 where=self.source,
-                remedy="Choose whether to keep the project's clicks or to use the others.",
+                remedy="Nothing was imported. Choose whether to keep the project's clicks or use "
+                "the others: with --conflicts mine or theirs, or in the workbench.",
             )
         decided: list[Click | None] = []
         if decision == "theirs":

@@ -12,13 +12,7 @@ from pathlib import Path
 
 from stereotrack_core.errors import Finding, InputError
 from stereotrack_core.locks import FileLock, Owner, is_held, lock_owner, lock_path
-from stereotrack_core.project.connection import (
-    Access,
-    LogWriter,
-    connect,
-    connect_for_reading,
-    set_log,
-)
+from stereotrack_core.project import connection
 from stereotrack_core.project.database import (
     ProjectInUse,
     bring_up_to_date,
@@ -133,7 +127,7 @@ _UNCERTAIN = (
 class Opened:
     """An open project file."""
 
-    access: Access
+    access: connection.Access
     read_only: bool
     notes: tuple[Finding, ...]  # what the person should know
     resources: ExitStack  # closes everything
@@ -158,7 +152,7 @@ def open_for_writing(path: Path, *, take_over: bool = False) -> Opened:
         stack.callback(lock.release)
         network = network_type(path)
         with making_sense(path):
-            database = stack.enter_context(closing(connect(path)))
+            database = stack.enter_context(closing(connection.connect(path)))
             left = owner_of(database)
             if left is not None:
                 ours = lock.holds and (network is None or left.host == Owner.myself().host)
@@ -170,13 +164,13 @@ def open_for_writing(path: Path, *, take_over: bool = False) -> Opened:
             stack.callback(_give_back, database, path, identity)
             earlier = bring_up_to_date(database, path)
             write_owner(database, Owner.myself())  # into the file: a copy without its log says so
-            set_log(database, log=network is None)
+            connection.set_log(database, log=network is None)
             reader = log = None
             if network is None:
-                reader = stack.enter_context(closing(connect_for_reading(path)))
-                log = stack.enter_context(closing(LogWriter(path)))
+                reader = stack.enter_context(closing(connection.connect_for_reading(path)))
+                log = stack.enter_context(closing(connection.LogWriter(path)))
         notes = tuple(_notes(path, left, locked, earlier))
-        access = Access(database, path, identity, reader, log)
+        access = connection.Access(database, path, identity, reader, log)
         return Opened(access, False, notes, stack.pop_all())
     raise AssertionError  # the stack swallows no exception
 
@@ -185,12 +179,12 @@ def open_for_reading(path: Path) -> Opened:
     """Open the file to be read, also while another writes. Raises InputError, ProjectDamaged."""
     locked, held = lock_path(path).exists(), is_held(path, unsure=True)
     with ExitStack() as stack, making_sense(path):
-        database = stack.enter_context(closing(connect_for_reading(path)))
+        database = stack.enter_context(closing(connection.connect_for_reading(path)))
         left = None if held else owner_of(database)
         lend_missing(database)
         check_whole(database, path)
         notes = tuple(_notes(path, left, locked))
-        return Opened(Access(database, path), True, notes, stack.pop_all())
+        return Opened(connection.Access(database, path), True, notes, stack.pop_all())
     raise AssertionError  # the stack swallows no exception
 
 

@@ -12,6 +12,7 @@ from stereotrack_core.annotation.click import USUAL_SIGMA, Progress
 from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.errors import Finding, InputError
 from stereotrack_core.locks import now, user
+from stereotrack_core.project import schema
 from stereotrack_core.project.clicks import Clicks
 from stereotrack_core.project.database import copy_whole, make_database
 from stereotrack_core.project.edit import Edit, Stamp
@@ -20,15 +21,6 @@ from stereotrack_core.project.history import Changed, History
 from stereotrack_core.project.marks import Marks
 from stereotrack_core.project.opening import Opened, open_for_reading, open_for_writing
 from stereotrack_core.project.predictions import Predictions, StoredKeypoints
-from stereotrack_core.project.schema import (
-    CHOICE,
-    LANDMARK_SET,
-    PARAMETER_SET,
-    REFERENCE,
-    RUN,
-    SCENARIO,
-    SUBJECT,
-)
 from stereotrack_core.project.whereabouts import (
     RecordingPlace,
     Whereabouts,
@@ -64,12 +56,12 @@ class Project:
         self.keypoints = StoredKeypoints(self._access)
         self.marks = Marks(self._access)
         self.view_settings = ViewSettings(self._access)
-        self.references = Entries(REFERENCE, self._access)
-        self.runs = Entries(RUN, self._access)
-        self.subjects = Entries(SUBJECT, self._access)
-        self.landmark_sets = Entries(LANDMARK_SET, self._access)
-        self.parameter_sets = Entries(PARAMETER_SET, self._access)
-        self.scenarios = Entries(SCENARIO, self._access)
+        self.references = Entries(schema.REFERENCE, self._access)
+        self.runs = Entries(schema.RUN, self._access)
+        self.subjects = Entries(schema.SUBJECT, self._access)
+        self.landmark_sets = Entries(schema.LANDMARK_SET, self._access)
+        self.parameter_sets = Entries(schema.PARAMETER_SET, self._access)
+        self.scenarios = Entries(schema.SCENARIO, self._access)
         self.subject()  # refuses one that makes no sense, and the set likewise
         self.landmark_set()
 
@@ -142,7 +134,7 @@ class Project:
 
     def chosen(self, entries: Entries) -> str | None:
         """Name of the one that is used (:class:`entries.Choose`); None where none is."""
-        row = self._access.read(CHOICE, (entries.table.name,))
+        row = self._access.read(schema.CHOICE, (entries.table.name,))
         name = None if row is None else str(row[0])
         return name if name in entries.names() else None
 

@@ -214,11 +214,7 @@ class NumberedImages:
     """
 
     def __init__(
-        self,
-        files: Mapping[int, Path],
-        pattern: str,
-        kind: PictureKind,
-        unit: float | None = None,
+        self, files: Mapping[int, Path], pattern: str, kind: PictureKind, unit: float | None = None
     ) -> None:
         self._files, self._unit = files, unit
         self._lowest = min(files)

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -66,6 +66,11 @@ class SightedKeypoints:
             pixel=self.pixel[kept],
             confidence=self.confidence[kept],
         )
+
+    @cached_property
+    def placed(self) -> dict[Any, Any]:
+        """What others have found out about them, by the body that they are compared with."""
+        return {}
 
     @cached_property
     def rays(self) -> tuple[FloatArray, FloatArray]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator, Sequence
+from collections.abc import Generator, Iterator, Mapping, Sequence
 from contextlib import ExitStack, closing, contextmanager, suppress
 from dataclasses import asdict
 from fractions import Fraction
@@ -19,10 +19,11 @@ import tomli_w
 from stereotrack_core.arrays import FloatArray, ImageArray
 from stereotrack_core.atomic import filling, replacing, write_file
 from stereotrack_core.errors import InputError
+from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.reading import TABLE_BYTES, read_bytes
 from stereotrack_core.recording import description
 from stereotrack_core.recording.calibration import write_calibration
-from stereotrack_core.recording.folder import DESCRIPTION, FORMAT
+from stereotrack_core.recording.folder import DESCRIPTION, FORMAT, named_file
 from stereotrack_core.recording.landmarks import write_landmarks
 from stereotrack_core.recording.video import FrameTimes, open_container, video_stream
 
@@ -30,6 +31,7 @@ __all__ = [
     "VideoWriter",
     "keep_beside",
     "remuxed",
+    "replace_calibration",
     "write_png",
     "write_recording_description",
 ]
@@ -64,6 +66,14 @@ def write_recording_description(
             description.write_segments(folder / "segments.csv", recording.segments)
         content["views"] = [_view(view) for view in recording.views]
         write_file(folder / DESCRIPTION, tomli_w.dumps(content))
+
+
+def replace_calibration(folder: Path, cameras: Mapping[str, Camera]) -> Path:
+    """Replace the cameras of a recording; the calibration before is kept beside, and returned."""
+    target = named_file(folder, "calibration")
+    kept = keep_beside(target)
+    write_calibration(target, cameras)
+    return kept
 
 
 def keep_beside(path: Path) -> Path:
@@ -178,7 +188,6 @@ class VideoWriter:
         self._count += 1
 
     def _holds_all(self, path: Path) -> bool:
-        """Whether every picture is in the file."""
         with _os_errors(), av.open(str(path)) as written:
             pictures = sum(1 for packet in written.demux(video=0) if packet.size)
             return pictures == self._count

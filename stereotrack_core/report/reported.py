@@ -2,7 +2,7 @@
 
 import dataclasses
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -205,15 +205,21 @@ def segment_table(summaries: Sequence[Summary]) -> Table:
 
 def range_table(stretch: StretchRanges) -> Table:
     """Range and mean of every angle that is known."""
-    headings = ("angle", ">frames", ">from", ">to", ">range", ">mean")
-    rows = [
-        (name.replace("_", " "), str(count), *(number(stretch.degrees[name][k]) for k in RANGES))
-        for name, count in stretch.frames.items()
-        if count
-    ]
     where = "all frames" if stretch.name == "all" else f"segment {stretch.name}"
     title = f"Joint angles, {where} ({stretch.first} to {stretch.end - 1}), degrees"
-    return Table(title, headings, rows)
+    return angle_table(title, (">from", ">to", ">range", ">mean"), stretch.angles, RANGES)
+
+
+def angle_table(
+    title: str, headings: Sequence[str], angles: Mapping[str, Any], keys: Sequence[str]
+) -> Table:
+    """Values of every angle that is known in any frame."""
+    rows = [
+        (name.replace("_", " "), str(one["frames"]), *(number(one[key]) for key in keys))
+        for name, one in angles.items()
+        if one["frames"]
+    ]
+    return Table(title, ("angle", ">frames", *headings), rows)
 
 
 def tables(reported: Reported) -> dict[str, Table | None]:

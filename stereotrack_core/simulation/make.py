@@ -18,6 +18,7 @@ from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.description import Recording, Stream, View
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.recording.writing import VideoWriter, write_png, write_recording_description
+from stereotrack_core.simulation import skeleton
 from stereotrack_core.simulation.actor import Actor, actor
 from stereotrack_core.simulation.motions import Chain, Part, motion_names, parts_of, scheduled
 from stereotrack_core.simulation.postures import line_path, walk
@@ -31,15 +32,6 @@ from stereotrack_core.simulation.rig import (
     view_names,
 )
 from stereotrack_core.simulation.room import noise_lattice, room
-from stereotrack_core.simulation.skeleton import (
-    PEOPLE,
-    JointState,
-    Person,
-    grown,
-    landmarks,
-    person_named,
-    posed_bones,
-)
 from stereotrack_core.work import NO_WORK, Work
 
 _WAYS = (((-3.9, -2.2), (3.3, -2.4)), ((3.3, 2.3), (-3.0, 2.4)))
@@ -48,8 +40,8 @@ _PAUSE_SECONDS, _WALK_SECONDS = 2.0, 6.5
 
 
 def _passer_by(
-    main: Person, options: SceneOptions, frames: int, distance: float | None
-) -> tuple[Actor, Sequence[JointState | None]]:
+    main: skeleton.Person, options: SceneOptions, frames: int, distance: float | None
+) -> tuple[Actor, Sequence[skeleton.JointState | None]]:
     """Another person than `main`, who walks past, is away (None), and comes back elsewhere.
 
     With a `distance` from the middle of the room in metres he begins at once, and stays between
@@ -58,11 +50,11 @@ def _passer_by(
     ways = _WAYS
     if distance is not None:
         ways = ((-2.2, -distance), (3.4, -distance)), ((3.2, distance), (-2.0, distance))
-    names = list(PEOPLE)
-    other = PEOPLE[names[(names.index(main.name) + 1) % len(names)]]
+    names = list(skeleton.PEOPLE)
+    other = skeleton.PEOPLE[names[(names.index(main.name) + 1) % len(names)]]
     pause = round(_PAUSE_SECONDS * options.fps / options.pace)
     count = max(2, round(_WALK_SECONDS * options.fps / options.pace))
-    states: list[JointState | None] = []
+    states: list[skeleton.JointState | None] = []
     for start, end in cycle(ways):
         if states or distance is None:
             states += [None] * pause
@@ -78,7 +70,7 @@ class Scene:
 
     actor: Actor
     chain: Chain
-    passer: tuple[Actor, Sequence[JointState | None]] | None
+    passer: tuple[Actor, Sequence[skeleton.JointState | None]] | None
     cameras: Mapping[str, Camera]
     renderers: Mapping[str, CameraRenderer]
     disturber: Disturber
@@ -86,13 +78,13 @@ class Scene:
 
     def people(self, frame: int) -> tuple[list[Posed], FloatArray]:
         """Everybody in a frame, posed, and the landmarks (9, 3) of the one who matters."""
-        bones = posed_bones(self.actor.person, self.chain.states[frame])
+        bones = skeleton.posed_bones(self.actor.person, self.chain.states[frame])
         people = [Posed(self.actor, *self.actor.posed(bones))]
         if self.passer is not None:
             other, states = self.passer
             if (state := states[frame]) is not None:
-                people.append(Posed(other, *other.posed(posed_bones(other.person, state))))
-        return people, landmarks(self.actor.person, bones)
+                people.append(Posed(other, *other.posed(skeleton.posed_bones(other.person, state))))
+        return people, skeleton.landmarks(self.actor.person, bones)
 
     def picture(self, camera: str, people: Sequence[Posed], frame: int) -> ImageArray:
         """What a camera sees in a frame, (H, W) or (H, W, 3) uint8."""
@@ -132,17 +124,17 @@ class Simulation:
             raise InputError(
                 f"the seed {self.seed} is negative", where="--seed", remedy="Give 0 or more."
             )
-        person_named(self.person), motion_names(self.motion), view_names(self.views)
+        skeleton.person_named(self.person), motion_names(self.motion), view_names(self.views)
         check_strengths(self.disturbances)
         if self.disturbances and self.options.kind != "stereo":
             what = "only stereo recordings can be disturbed"
             raise InputError(what, where="--disturb", remedy="Leave out --set kind=depth.")
 
     @property
-    def who(self) -> Person:
+    def who(self) -> skeleton.Person:
         """The person at the stature of the options."""
-        person = person_named(self.person)
-        return grown(person, self.options.stature) if self.options.stature else person
+        person = skeleton.person_named(self.person)
+        return skeleton.grown(person, self.options.stature) if self.options.stature else person
 
 
 def build_scene(made: Simulation, workers: Executor) -> Scene:
@@ -232,12 +224,14 @@ def _make_frame(
     instants = {name: scene.disturber.instant(name, videos, frame) for name in videos}
     shown = {at: people if at == frame else scene.people(at)[0] for at in {*instants.values()}}
 
-    def draw(camera: str) -> None:
-        videos[camera].write(scene.picture(camera, shown[instants[camera]], frame))
+    def drawn(camera: str) -> ImageArray:
         if camera in sensors:
             sensors[camera].write(people, frame)
+        return scene.picture(camera, shown[instants[camera]], frame)
 
-    list(workers.map(draw, videos))
+    # Encoded in one thread: two encoders at once made other bits of one frame in a thousand.
+    for camera, picture in zip(videos, workers.map(drawn, videos), strict=True):
+        videos[camera].write(picture)
     return points
 
 

@@ -183,7 +183,6 @@ def along(vectors: FloatArray, axis: FloatArray) -> FloatArray:
 
 @compiled()
 def _lattice_noise(lattice: Any, x: float, y: float, z: float) -> float:
-    """Trilinear value of the lattice at a point in lattice units."""
     fx, fy, fz = math.floor(x), math.floor(y), math.floor(z)
     u, v, w = x - fx, y - fy, z - fz
     i, j, k = int(fx) & 63, int(fy) & 63, int(fz) & 63

@@ -14,7 +14,9 @@ from typing import Any, Literal, NamedTuple, Protocol, TypeAlias
 from stereotrack_core.atomic import make_folder
 from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation.failure_segments.find import FailureSearch, stretches_of
-from stereotrack_core.evaluation.joint_angles import angle_ranges, angles_of_run
+from stereotrack_core.evaluation.failure_segments.reasons import WHY_WORDS
+from stereotrack_core.evaluation.failure_segments.retraced import with_reasons
+from stereotrack_core.evaluation.joint_angles import RANGES, angle_ranges, angles_of_run
 from stereotrack_core.evaluation.measures import measure_named, measured, of_segments
 from stereotrack_core.interop.run_npz import read_meta, read_npz, write_npz
 from stereotrack_core.plain_data import Kind, check_kind
@@ -206,7 +208,7 @@ def _result(job: Job, recording: Recording, finished: Callable[[], Run]) -> JobR
         values["seconds"] = float(run.meta["wall_seconds"])
         values["frames_per_second"] = float(run.meta.get("frames_per_second") or math.nan)
         if job.keep:
-            values |= values_of(run, recording.fps, truth)
+            values |= values_of(run, recording, truth)
     except Exception as error:  # noqa: BLE001 - told as the result of the job
         return failure(job.identity, error)
     known = {name: value for name, value in values.items() if math.isfinite(value)}
@@ -224,18 +226,22 @@ class Named(NamedTuple):
     unit: str  # ``mm``, ``deg``, ``%``, ``s``; ``1`` for a pure number or a count
 
 
-def values_of(run: Run, fps: float, truth: LandmarkTrajectory | None) -> dict[str, float]:
-    """Values by name, ``left_elbow_flexion:range``; `fps` are frame sets per second."""
+def values_of(run: Run, recording: Recording, truth: LandmarkTrajectory | None) -> dict[str, float]:
+    """Values by name, ``left_elbow_flexion:range``, with how many failures have which reason."""
     tracked = float(run.tracked.sum())
-    failures = stretches_of(FailureSearch(run, fps, truth))
+    search = FailureSearch(run, recording.fps, truth, recording)
+    failures = stretches_of(search)
     by_signs = sum(one.found == "signs" for one in failures)
     found = {"frames_tracked:count": tracked, "failures_by_signs:count": float(by_signs)}
     if truth is not None:
         found["failures_by_error:count"] = float(len(failures) - by_signs)
     if not tracked:
         return found
-    for name, degrees in angle_ranges(angles_of_run(run))[0].degrees.items():
-        found |= {f"{name}:{statistic}": value for statistic, value in degrees.items()}
+    whys = [one.reason.why for one in with_reasons(search, failures) if one.reason is not None]
+    if whys:
+        found |= {f"failures_{why}:count": float(whys.count(why)) for why in WHY_WORDS}
+    for name, known in angle_ranges(angles_of_run(run))[0].angles.items():
+        found |= {f"{name}:{statistic}": known[statistic] for statistic in RANGES}
     return found
 
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from stereotrack_core.errors import Finding, InputError
+from stereotrack_core.evaluation.failure_segments.reasons import WHY_WORDS
 from stereotrack_core.evaluation.summary import Spread
 from stereotrack_core.project.project import Project
 from stereotrack_core.recording.findings import examine
@@ -39,6 +40,13 @@ class RowStatus:
         """Failures by error if there is a reference, else by the run's own signs; mean of runs."""
         by_error = self.mean("failures_by_error:count")
         return self.mean("failures_by_signs:count") if by_error is None else by_error
+
+    @property
+    def reasons(self) -> str | None:
+        """Why arm searches failed, ``cost 4, search 1.5``; means of the runs."""
+        known = {why: self.mean(f"failures_{why}:count") or 0.0 for why in WHY_WORDS}
+        told = sorted((why for why in known if known[why]), key=lambda why: -known[why])
+        return ", ".join(f"{why} {known[why]:.3g}" for why in told) or None
 
     @property
     def messages(self) -> list[str]:
@@ -150,6 +158,8 @@ COLUMNS: tuple[Column, ...] = (
            "Share of arm segments that are more than 45 degrees off.", 1),
     Column("failures", "failures", lambda row: row.failures,
            "Failures by error if there is a reference, else by the run's own signs.", 1),
+    Column("reasons", "why", lambda row: row.reasons, "Why the arm search failed where failures "
+           "begin, from the cost of the reference's arms."),
 )  # fmt: skip
 """Columns behind the recording and its factors."""
 

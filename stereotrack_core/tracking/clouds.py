@@ -6,14 +6,14 @@ import dataclasses
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import AbstractContextManager, contextmanager
 from functools import lru_cache, partial
-from typing import Protocol, TypeAlias
+from typing import TypeAlias
 
 from stereotrack_core.blas_threads import one_blas_thread
-from stereotrack_core.depth.chain import DepthChain
+from stereotrack_core.depth.chain import DepthChain, OnPart
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.depth.mono_silhouettes import silhouette_views
 from stereotrack_core.depth.volume import settled
@@ -29,30 +29,6 @@ from stereotrack_core.tracking.run_spec import Hooks, RunSpec
 _AHEAD = 2  # clouds that are made while the tracker works on an earlier one
 _SHARED = 16  # clouds, some 10 MB each, by which runs side by side may be apart
 ReadCloud: TypeAlias = tuple[Cloud, float]  # a cloud, and the seconds that reading its images took
-Told: TypeAlias = Callable[[int, int], None]  # told how many of how many parts are done
-
-
-class CloudSource(Protocol):
-    """Bare clouds, of one run or shared by several."""
-
-    chain: DepthChain
-    reader: FrameReader
-
-    def learn(self, frames: range, told: Told) -> None:
-        """Learn the background from these frames, unless that is done already."""
-
-    def take(self, frame: int) -> ReadCloud:
-        """Cloud of a frame."""
-
-
-def read_cloud(chain: DepthChain, reader: FrameReader, frame: int) -> ReadCloud:
-    """Cloud of a frame, and the seconds that reading its images took; empty without any view."""
-    if not (chain.view_names or chain.silhouettes):
-        return cloudless(frame), 0.0
-    begun = time.perf_counter()
-    frame_set = reader.frame_set(frame)
-    read = time.perf_counter() - begun
-    return chain.process(frame_set), read
 
 
 def chain_of(
@@ -70,32 +46,24 @@ def chain_of(
     return DepthChain(recording, depth, views=deep, mono=mono, colour=coloured), reader
 
 
-class OwnClouds:
-    """Clouds of one run, each made on demand; a given `reader` is not closed with them."""
+class CloudSource:
+    """Bare clouds, each made on demand."""
 
-    def __init__(
-        self,
-        recording: Recording,
-        spec: RunSpec,
-        views: Sequence[str],
-        reader: FrameReader | None = None,
-    ) -> None:
-        self.chain, self.reader = chain_of(recording, spec, views, reader)
-        self._closes_reader = reader is None
+    def __init__(self, chain: DepthChain, reader: FrameReader) -> None:
+        self.chain, self.reader = chain, reader
 
-    def learn(self, frames: range, told: Told) -> None:
-        """Learn the background from these frames."""
+    def learn(self, frames: range, told: OnPart) -> None:
+        """Learn the background from these frames, unless that is done already."""
         self.chain.learn_background(self.reader, frames, told)
 
     def take(self, frame: int) -> ReadCloud:
-        """Cloud of a frame."""
-        return read_cloud(self.chain, self.reader, frame)
-
-    def close(self) -> None:
-        """Close the chain, and the reader if it is its own."""
-        self.chain.close()
-        if self._closes_reader:
-            self.reader.close()
+        """Cloud of a frame, and the seconds that reading its images took; empty without a view."""
+        if not (self.chain.view_names or self.chain.silhouettes):
+            return cloudless(frame), 0.0
+        begun = time.perf_counter()
+        frame_set = self.reader.frame_set(frame)
+        read = time.perf_counter() - begun
+        return self.chain.process(frame_set), read
 
 
 class Clouds(AbstractContextManager["Clouds"]):
@@ -113,8 +81,8 @@ class Clouds(AbstractContextManager["Clouds"]):
         self.views = tracked_views(recording, spec.views, spec.keypoints)
         self._keypoints = keypoints_in_views(recording, self.views, spec.keypoints)
         self.detections = own_detections(recording) or Detections()
-        self._own = OwnClouds(recording, spec, self.views) if source is None else None
-        self._source: CloudSource = source or self._own  # type: ignore[assignment]
+        self._is_own = source is None
+        self._source = source or CloudSource(*chain_of(recording, spec, self.views))
         self.frames = spec.frames_of(self.reader.frame_count)
         self.settings = dataclasses.replace(spec.settings, depth=self.chain.parameters)
         looks = spec.detector and spec.keypoints is None
@@ -184,28 +152,29 @@ class Clouds(AbstractContextManager["Clouds"]):
 
     def close(self) -> None:
         """Close what is its own."""
-        if self._own is not None:
-            self._own.close()
+        if self._is_own:
+            self.chain.close()
+            self.reader.close()
         self._release_blas()
 
     def __exit__(self, *_: object) -> None:
         self.close()
 
 
-class SharedClouds:
+class SharedClouds(CloudSource):
     """Clouds of runs that are made side by side; each cloud is made once, and kept for a while."""
 
     def __init__(self, chain: DepthChain, reader: FrameReader) -> None:
-        self.chain, self.reader = chain, reader
+        super().__init__(chain, reader)
         self._lock = threading.Lock()
-        self._made = lru_cache(_SHARED)(partial(read_cloud, chain, reader))
+        self._made = lru_cache(_SHARED)(super().take)
         self._learned = False
 
-    def learn(self, frames: range, told: Told) -> None:
+    def learn(self, frames: range, told: OnPart) -> None:
         """Learn the background from these frames, once for all."""
         with self._lock:
             if not self._learned:
-                self.chain.learn_background(self.reader, frames, told)
+                super().learn(frames, told)
                 self._learned = True
 
     def take(self, frame: int) -> ReadCloud:

@@ -176,10 +176,13 @@ class Follower:
             return found, innovation_of(first, self.setup, predicted), Prior(predicted.P, carried)
         first, found = self.follow(measured, predicted, predicted)
         innovation = innovation_of(first, self.setup, predicted)
-        prior = self._inflated(predicted, found)
-        if prior is not predicted:
+        p, prior = self.setup.parameters, predicted
+        moved = difference(found.pose, predicted.pose, self.setup.joints)
+        factor = prior_inflation(moved, predicted.P, p.prior_inflation_above)
+        if np.any(factor > 1.0):
+            prior = Belief(predicted.pose, predicted.P * np.outer(factor, factor))
             _, found = self.follow(measured, prior, found)
-        searched = self.setup.parameters.search_arms and not measured.cloud.clicks
+        searched = p.search_arms and not measured.cloud.clicks
         if searched and (len(measured.data) or measured.cloud.depths):
             followed, found = found, self._with_best_arms(measured, prior, found)
             carried[self._arms] = found is followed
@@ -207,14 +210,6 @@ class Follower:
             surface = measured.surface(at.pose, wide=wide, every=_COARSE)
             at = measured.corrected(prior, at, surface)
         return Corrected(at.pose, at.P, surface)
-
-    def _inflated(self, predicted: Belief, found: Belief) -> Belief:
-        """Inflate the prior where the data ask for more movement than it allows for."""
-        moved, P0 = difference(found.pose, predicted.pose, self.setup.joints), predicted.P
-        factor = prior_inflation(moved, P0, self.setup.parameters.prior_inflation_above)
-        if not np.any(factor > 1.0):
-            return predicted
-        return Belief(predicted.pose, P0 * np.outer(factor, factor))
 
     def _with_best_arms(
         self, measured: Measurements, prior: Belief, followed: Corrected

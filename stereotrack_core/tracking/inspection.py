@@ -6,12 +6,11 @@ import numpy as np
 
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.model import body_model
-from stereotrack_core.body.pose import Pose
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.tracking.estimate import Estimate
 from stereotrack_core.tracking.model import TrackModel, TrackState, initialiser, step
 from stereotrack_core.tracking.parameters import TrackingParameters
-from stereotrack_core.tracking.state import Belief, Setup
+from stereotrack_core.tracking.state import Belief
 from stereotrack_core.tracking.step_recorder import StepRecorder
 from stereotrack_core.tracking.thesis import ThesisModel
 from stereotrack_core.tracking.trace import StepTrace
@@ -49,15 +48,11 @@ def beginning_at(
     if here is not None and here.tracked:
         return model.first(here.pose), FIRST
     if isinstance(model, ThesisModel):
-        return model.first(_found_in(cloud, model.setup)), NOBODY
+        # The thesis's own body, without legs, cannot be looked for.
+        body, p = body_model(model.setup.body.skeleton.proportions), TrackingParameters()
+        finder = initialiser(replace(model.setup, body=body, parameters=p, volume=None))
+        return model.first(finder.step(finder.absent(), cloud)[1].pose), NOBODY
     return model.absent(), NOBODY
-
-
-def _found_in(cloud: Cloud, setup: Setup) -> Pose:
-    """Pose of whoever is in a cloud; the thesis's own body, without legs, cannot be looked for."""
-    body = body_model(setup.body.skeleton.proportions)
-    finder = initialiser(replace(setup, body=body, parameters=TrackingParameters(), volume=None))
-    return finder.step(finder.absent(), cloud)[1].pose
 
 
 def explain(

@@ -4,7 +4,6 @@ from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 
-from stereotrack_core.errors import Cancelled
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.selection import tracked_views
 from stereotrack_core.tracking.clouds import Clouds, SharedClouds, chain_of
@@ -59,7 +58,11 @@ class LockstepRun:
 
     def _take(self, advance: Advance) -> Tracking:
         self._run, self._found = advance.run, advance.gained.into(self._found)
-        self.seconds += sum(map(_seconds_of, advance.gained.frames))
+        for frame in advance.gained.frames:  # a view's depth is part of "views"
+            made = sum(frame.cloud.seconds.get(stage, 0.0) for stage in ("views", "outliers"))
+            found = sum(frame.estimate.seconds.values())
+            once = frame.seconds.get("read", 0.0) + made + found
+            self.seconds += frame.seconds.get(SECOND_LOOK, once)
         return advance.run
 
 
@@ -68,13 +71,12 @@ def track_together(
     specs: Sequence[RunSpec],
     *,
     on_frames: Callable[[int], None] = lambda _: None,
-    cancelled: Callable[[], bool] = lambda: False,
 ) -> Generator[LockstepRun, None, None]:
     """Make all runs, frame by frame; then give one after the other.
 
     `specs` agree in depth parameters, colour, views and frames; the recording is without its
     reference. An error of one run ends no other and is told by the run. `on_frames` is told how
-    many frames more were tracked, over all runs. Raises Cancelled.
+    many frames more were tracked, over all runs, and may raise Cancelled.
     """
     with ExitStack() as stack:
         views = tracked_views(recording, specs[0].views, specs[0].keypoints)
@@ -96,15 +98,4 @@ def track_together(
                     run.error = error
                     run.close()
                 on_frames(1)
-                if cancelled():
-                    raise Cancelled
         yield from runs
-
-
-def _seconds_of(tracked: TrackedFrame) -> float:
-    """Time of a frame from its images to its pose; a view's depth is part of "views"."""
-    again = tracked.seconds.get(SECOND_LOOK)
-    if again is not None:
-        return again
-    made = sum(tracked.cloud.seconds.get(stage, 0.0) for stage in ("views", "outliers"))
-    return tracked.seconds.get("read", 0.0) + made + sum(tracked.estimate.seconds.values())

@@ -8,12 +8,7 @@ from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.manifold import Rows
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.depth.cloud import Cloud
-from stereotrack_core.tracking.correction import (
-    Observation,
-    Residual,
-    gathered,
-    solved,
-)
+from stereotrack_core.tracking.correction import Observation, Residual, gathered, solved
 from stereotrack_core.tracking.parameters import TrackingParameters
 from stereotrack_core.tracking.part_colours import PartColours, colour_features
 from stereotrack_core.tracking.residuals.clicks import ClickObservation

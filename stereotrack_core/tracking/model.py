@@ -2,14 +2,12 @@
 
 import pkgutil
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Any, TypeAlias
 
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray
-from stereotrack_core.body.model import BodyModel, body_model
-from stereotrack_core.body.proportions import proportions_of
+from stereotrack_core.body.model import BodyModel
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.depth.points import Volume
 from stereotrack_core.errors import InputError
@@ -17,7 +15,7 @@ from stereotrack_core.recording.description import Recording
 from stereotrack_core.tracking.estimate import Estimate
 from stereotrack_core.tracking.iekf import Follower
 from stereotrack_core.tracking.keypoint_step import KeypointModel
-from stereotrack_core.tracking.parameters import Settings, TrackingParameters
+from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.state import Setup
 from stereotrack_core.tracking.step import PersonModel, PersonState
 from stereotrack_core.tracking.step_recorder import StepRecorder
@@ -58,7 +56,8 @@ def model_for(
 
     Without `clouds`, keypoints alone are followed, by the filter of the iterated estimator.
     """
-    setup = _setup(body, settings, cameras, fps, seed)
+    volume, upright = Volume.of(settings.depth), settings.depth.upright
+    setup = Setup(body, settings.tracking, cameras, fps, seed, volume, upright)
     if not clouds:
         if settings.needs_depth:
             raise InputError(
@@ -78,27 +77,6 @@ def model_for(
     )
 
 
-def initialiser_for(
-    body: BodyModel, settings: Settings, cameras: FloatArray, recording: Recording, seed: int
-) -> PersonModel:
-    """A model that only looks for first poses: without colours and detections between frames.
-
-    The thesis begins from a known pose; its body, without legs, is not made for search, so that
-    another one of the same lengths is looked for.
-    """
-    if settings.tracking.matching == "model_to_data":
-        body = body_model(proportions_of(recording.subject))
-        settings = replace(settings, tracking=TrackingParameters())
-    return initialiser(_setup(body, settings, cameras, recording.fps, seed))
-
-
 def initialiser(setup: Setup) -> PersonModel:
-    """A model of the iterated estimator alone."""
+    """A model that only looks for first poses: without colours and detections between frames."""
     return PersonModel(Follower(setup, judges=False))
-
-
-def _setup(
-    body: BodyModel, settings: Settings, cameras: FloatArray, fps: float, seed: int
-) -> Setup:
-    volume, upright = Volume.of(settings.depth), settings.depth.upright
-    return Setup(body, settings.tracking, cameras, fps, seed, volume, upright)

@@ -7,19 +7,19 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import partial
 
+import numpy as np
+
 from stereotrack_core.arrays import FloatArray
-from stereotrack_core.body.model import body_of_subject
+from stereotrack_core.body.model import body_of_subject, landmarks
 from stereotrack_core.body.parameters import BodyShape
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.proportions import Proportions, measured
 from stereotrack_core.depth.cloud import Cloud
-from stereotrack_core.tracking.clouds import Clouds, OwnClouds
+from stereotrack_core.tracking.clouds import Clouds, CloudSource, chain_of
+from stereotrack_core.tracking.frame import TrackedFrame
 from stereotrack_core.tracking.initialise.first_pose import first_clouds, shape_in
-from stereotrack_core.tracking.initialise.heading_watch import HeadingWatch
-from stereotrack_core.tracking.initialise.keypoint_beginning import (
-    FIRST_FRAMES,
-    told_by_first_frames,
-)
+from stereotrack_core.tracking.initialise.heading import HeadingWatch
+from stereotrack_core.tracking.keypoint_offsets import fitted_offsets
 from stereotrack_core.tracking.lengths_fit import (
     ESTIMATED,
     ESTIMATING_LENGTHS,
@@ -29,10 +29,14 @@ from stereotrack_core.tracking.lengths_fit import (
     lengths_of_standing,
     subject_with,
 )
+from stereotrack_core.tracking.model import step
 from stereotrack_core.tracking.parameters import TrackingParameters
+from stereotrack_core.tracking.residuals.silhouette import edge_maps
 from stereotrack_core.tracking.run_spec import Hooks, RunSpec, given_heading, is_found
 from stereotrack_core.tracking.saved_state import check_like, has_state, restored
 from stereotrack_core.tracking.second_look import LookNumbers, SecondLook
+from stereotrack_core.tracking.shape_fit import fitted_outline
+from stereotrack_core.tracking.smoothing import smoothed
 from stereotrack_core.tracking.stored import began_of
 from stereotrack_core.tracking.tracking import (
     HEADING,
@@ -69,8 +73,12 @@ def prepare(
     clouds.learn(clouds.frames, hooks)
     checkpoint = None if begun is None else begun.checkpoint
     if checkpoint is None or not checkpoint.started:
-        ready = _ready if clouds.have_depth else _ready_by_keypoints
-        run = ready(run, clouds.frames, hooks)
+        if clouds.have_depth:
+            run = _ready(run, clouds.frames, hooks)
+        else:  # the first frames are tracked in advance
+            run, pose = _with_first_frames(run, clouds.frames, hooks)
+            if pose is not None and not isinstance(run.init, Pose):
+                run = run.from_pose(clouds.frames.start, pose)
     if begun is None:
         return run
     made, began = str(begun.meta.get("made", run.made)), run.began or began_of(begun.meta)
@@ -212,20 +220,43 @@ def _ready(run: Tracking, frames: range, hooks: Hooks) -> Tracking:
     return run
 
 
-def _ready_by_keypoints(run: Tracking, frames: range, hooks: Hooks) -> Tracking:
-    """Track the first frames in advance, and begin where they do."""
-    run, pose = _with_first_frames(run, frames, hooks)
-    return run if pose is None or isinstance(run.init, Pose) else run.from_pose(frames.start, pose)
+_FIRST_FRAMES = 60  # frames that are tracked in advance
+_ASKED = 24  # frames, evenly spread over these, that the shape is fitted to
+_FEWEST = 6  # tracked frames without which nothing is fitted
 
 
 def _with_first_frames(run: Tracking, frames: range, hooks: Hooks) -> tuple[Tracking, Pose | None]:
-    """The run of a body as the first frames show it, and the pose of the first one if tracked."""
-    clouds = list[Cloud]()
-    for done, frame in enumerate(frames[:FIRST_FRAMES]):
-        hooks.on_preparing("measuring the first frames", done, FIRST_FRAMES)
+    """Track the first frames, smooth them, and compare contours and keypoints with the body's.
+
+    Gives the run of a body whose shape has margins as the contours and offsets as the keypoints
+    show them, and the pose of the first frame. The shape is the body's own, and there is no pose,
+    where hardly any frame is tracked.
+    """
+    clouds, model, state = list[Cloud](), run.model, run.state
+    for done, frame in enumerate(frames[:_FIRST_FRAMES]):
+        hooks.on_preparing("measuring the first frames", done, _FIRST_FRAMES)
         clouds.append(run.clouds.keep(frame))
-    shape, pose = told_by_first_frames(run.model, run.state, clouds, hooks)
-    return run.of_body(run.body.with_shape(shape)), pose
+    body, tracked = run.body, list[TrackedFrame]()
+    for done, cloud in enumerate(clouds):
+        hooks.on_preparing("tracking the first frames", done, len(clouds))
+        hooks.before_step()
+        state, estimate = step(model, state, cloud)
+        places = landmarks(body, estimate.pose)
+        tracked.append(TrackedFrame(cloud.frame, estimate, places, cloud, {}).without_cloud())
+    tracked = smoothed(tracked, model.setup, fit_movement=True)
+    known = [i for i, one in enumerate(tracked) if one.tracked]
+    shape = body.shape
+    if len(known) < _FEWEST:
+        return run.of_body(body.with_shape(shape)), None
+    if model.setup.parameters.fit_shape:
+        chosen = np.unique(np.linspace(0, len(known) - 1, _ASKED).astype(int))
+        asked = [(tracked[known[i]].estimate.pose, clouds[known[i]]) for i in chosen]
+        edges = [(pose, edge_maps(cloud)) for pose, cloud in asked]
+        shape = fitted_outline(body, edges)
+        if any(own for _, own in edges):  # else offsets look like other lengths of the body
+            setup = dataclasses.replace(model.setup, body=body.with_shape(shape))
+            shape = fitted_offsets(setup, asked)
+    return run.of_body(body.with_shape(shape)), tracked[0].pose
 
 
 def _first_clouds(run: Tracking, frames: range, hooks: Hooks) -> Sequence[Cloud]:
@@ -245,8 +276,8 @@ def _tracked_lengths(run: Tracking, frames: range, hooks: Hooks) -> Proportions:
     subject, views = subject_with(expected, None), run.clouds.views
     recording = dataclasses.replace(run.recording, subject=subject)
     first_spec = RunSpec(settings, frames=wanted, views=views, seed=spec.seed, init=run.init)
-    own = OwnClouds(recording, first_spec, views, run.clouds.reader)
-    with closing(own), Clouds(recording, first_spec, own) as clouds:
+    own = CloudSource(*chain_of(recording, first_spec, views, run.clouds.reader))
+    with closing(own.chain), Clouds(recording, first_spec, own) as clouds:
         first, seen = prepare(clouds, hooks), WellSeenFrames()
         first = dataclasses.replace(first, heading=None, look=SecondLook(0))
         with clouds.ahead(wanted) as made:

@@ -97,9 +97,7 @@ def read_preset(path: Path) -> UserPreset:
     for key in facts:
         if key not in {"name", "base", "values"}:
             raise InputError(
-                f"{key!r} is not a key of a preset file",
-                where=str(path),
-                remedy=_EXAMPLE,
+                f"{key!r} is not a key of a preset file", where=str(path), remedy=_EXAMPLE
             )
     check_kind(facts, {"name": str, "base": str, "values": {}}, str(path), _EXAMPLE)
     name, base = facts.get("name", "").strip() or path.stem, facts.get("base", "accurate")

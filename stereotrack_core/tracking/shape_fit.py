@@ -171,7 +171,12 @@ def adjusted(
     prior, start = free.information, free.start
     joints = tuple(joint for joint in joints if joint not in CLAVICLES)
     theta, names = start.copy(), (*free.lengths, *free.surface)
-    frames = [dataclasses.replace(each, pose=_with_resting_shoulders(each.pose)) for each in seen]
+    frames = list[SeenPose]()
+    for each in seen:
+        # What the shoulders of many frames have in common is the shape, not a movement.
+        rotations = each.pose.rotations.copy()
+        rotations[list(CLAVICLES)] = REST[list(CLAVICLES)]
+        frames.append(dataclasses.replace(each, pose=Pose(each.pose.position, rotations)))
     steps = _STEP * np.eye(len(theta))
     for iteration in range(_ITERATIONS):
         A, b = prior.copy(), prior @ (start - theta)
@@ -190,13 +195,6 @@ def adjusted(
             delta: FloatArray = scipy.linalg.solve(normal.A, normal.a - normal.B @ step)
             frames[i] = dataclasses.replace(frame, pose=displaced(frame.pose, delta, joints))
     return theta, tuple(frame.pose for frame in frames)
-
-
-def _with_resting_shoulders(pose: Pose) -> Pose:
-    """What the shoulders of many frames have in common is the shape, not a movement."""
-    rotations = pose.rotations.copy()
-    rotations[list(CLAVICLES)] = REST[list(CLAVICLES)]
-    return Pose(pose.position, rotations)
 
 
 @dataclass(frozen=True, eq=False)

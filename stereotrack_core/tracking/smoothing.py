@@ -157,20 +157,16 @@ def _bridge(found: list[Estimate], first: int, k: int, state: ErrorState, setup:
     factor = prior_inflation(moved, before.P + steps * Q, above)
     noise = Q * np.outer(factor, factor)
     everything = np.ones(len(Q), dtype=np.bool_)
-    if found[k].prior is None:
-        found[k] = _joined(found[k], before, before.P + steps * noise, state)
+    if found[k].prior is None:  # it was found without what was known before the gap
+        known = Information(scipy.linalg.inv(found[k].P), np.zeros(len(Q)))
+        predicted = scipy.linalg.inv(before.P + steps * noise)
+        dx, P = posterior(predicted, state.difference(before, found[k]), known)
+        found[k] = replace(state.displaced(found[k], dx), P=P)
     for i in reversed(range(steps)):
         waiting = replace(before, P=before.P + i * noise)
         prior = Prior(before.P + (i + 1) * noise, everything)
         back = _one_back(waiting, prior, found[first + i + 1], state)
         found[first + i] = back if i == 0 else _as_bridge(back)
-
-
-def _joined(after: Estimate, before: Estimate, P: FloatArray, state: ErrorState) -> Estimate:
-    """Add what was known before the gap to a frame that was found without it."""
-    known = Information(scipy.linalg.inv(after.P), np.zeros(len(P)))
-    dx, joined = posterior(scipy.linalg.inv(P), state.difference(before, after), known)
-    return replace(state.displaced(after, dx), P=joined)
 
 
 _ANYWHERE = 100.0  # variance, square metres and radians, of a stretch's first frame

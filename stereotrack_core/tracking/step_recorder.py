@@ -190,11 +190,7 @@ class StepRecorder:
         self._lap("correct")
 
     def searching(
-        self,
-        search: ArmSearch,
-        evidence: Evidence,
-        expected: Pose,
-        refine: Callable[[Pose], Pose],
+        self, search: ArmSearch, evidence: Evidence, expected: Pose, refine: Callable[[Pose], Pose]
     ) -> None:
         """Other places for the arms are about to be looked for; `refine` corrects a place."""
         self._searching = search, evidence, expected, refine
@@ -263,14 +259,14 @@ class StepRecorder:
         dx: FloatArray,
         pairs: Projection,
         sigma_points: SigmaPoints,
-        dY: FloatArray,
-        nu: FloatArray,
-        R: FloatArray,
+        Y: FloatArray,
     ) -> None:
-        """A state was corrected by (n,), by sigma points whose images deviate by dY (2n + 1, m)."""
+        """A state was corrected by (n,), by sigma points whose images are Y (2n + 1, m)."""
         self._lap("correct")
-        order = np.argsort(pairs.sampled.part, kind="stable")
-        dX, dY, Wc = sigma_points.deviations, dY[:, order], self._setup.weights.covariance
+        order, weights = np.argsort(pairs.sampled.part, kind="stable"), self._setup.weights
+        z_hat, dX, Wc = weights.mean @ Y, sigma_points.deviations, weights.covariance
+        dY, nu = (Y - z_hat)[:, order], (pairs.z - z_hat)[order]
+        R = np.full(len(nu), self._setup.parameters.sigma_measurement**2)
         frames = self._setup.body.frames(before.pose)
         self._add(
             Correction(
@@ -284,8 +280,8 @@ class StepRecorder:
                     pairs.measured[order],
                     pairs.predicted[order],
                     pairs.e[order],
-                    nu[order],
-                    np.sqrt(R[order]),
+                    nu,
+                    np.sqrt(R),
                     np.ones(len(order)),
                 ),
                 unused=_unused(self._drawn, pairs, frames),

@@ -94,8 +94,12 @@ class ThesisModel:
                 return _lost(predicted, "every model point coincides with its measured point")
             state, innovation = self.correct(state, pairs, recorder)
             innovations.append(innovation)
-        state = self.avoid_collisions(state, recorder)
-        state = replace(state, random=_random_state(rng), is_first=False)
+        # The arms keep the least distances (3.2.4).
+        jump = collisions_avoided(self.setup.body, state.pose, p.clearance, LEAST_ELBOW_ANGLE)
+        x = np.append(state.x[:6], state_of_pose(jump.after, THESIS_JOINTS)[6:])
+        state = replace(state, x=x, random=_random_state(rng), is_first=False)
+        if recorder is not None:
+            recorder.avoided(replace(jump, after=state.pose))
         seconds = {"track": perf_counter() - begun}
         found = replace(self._found(state, pairs, innovations[0]), prior=prior, seconds=seconds)
         X = pose_of_state(state.x + sigma_deviations(state.P, self.setup.weights), THESIS_JOINTS)
@@ -146,21 +150,8 @@ class ThesisModel:
         dx, P = correct(state.P, dX, dY, weights.covariance, nu, R)
         after = replace(state, x=state.x + dx, P=P)
         if recorder is not None:
-            beliefs, points = (state.belief, after.belief), SigmaPoints(dX, X)
-            recorder.unscented(*beliefs, dx, pairs, points, dY, nu, R)
+            recorder.unscented(state.belief, after.belief, dx, pairs, SigmaPoints(dX, X), Y)
         return after, normalised(nu, P_zz + R)
-
-    def avoid_collisions(
-        self, state: ThesisState, recorder: StepRecorder | None = None
-    ) -> ThesisState:
-        """Set the arms to a pose that keeps the least distances (3.2.4)."""
-        least = self.setup.parameters.clearance, LEAST_ELBOW_ANGLE
-        jump = collisions_avoided(self.setup.body, state.pose, *least)
-        x = np.append(state.x[:6], state_of_pose(jump.after, THESIS_JOINTS)[6:])
-        after = replace(state, x=x)
-        if recorder is not None:
-            recorder.avoided(replace(jump, after=after.pose))
-        return after
 
     def _found(self, state: ThesisState, pairs: Projection, innovation: float) -> Estimate:
         pose = state.pose

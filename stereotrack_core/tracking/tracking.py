@@ -4,15 +4,20 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Sequence
+from contextlib import closing
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
 import numpy as np
 
-from stereotrack_core.body.model import BodyModel, landmarks
+from stereotrack_core.body.model import BodyModel, body_model, landmarks
 from stereotrack_core.body.pose import Pose
+from stereotrack_core.body.proportions import proportions_of
+from stereotrack_core.depth.chain import DepthChain, OnPart
 from stereotrack_core.depth.cloud import FRAMES_APART, Cloud, contradicted_share
+from stereotrack_core.depth.parameters import DepthParameters
+from stereotrack_core.depth.volume import settled
 from stereotrack_core.plain_data import plain
 from stereotrack_core.pose_model.installation import detector_versions
 from stereotrack_core.recording.description import Recording
@@ -27,22 +32,18 @@ from stereotrack_core.tracking.frame import (
     Origin,
     TrackedFrame,
 )
-from stereotrack_core.tracking.initialise.first_pose import (
-    facing,
-    first_pose_from_images,
-    first_pose_in,
-    search_chain,
-)
-from stereotrack_core.tracking.initialise.heading_watch import HeadingWatch
+from stereotrack_core.tracking.initialise.first_pose import facing, first_pose_in
+from stereotrack_core.tracking.initialise.heading import HeadingWatch
 from stereotrack_core.tracking.initialise.seeds import t_pose_in_cloud
 from stereotrack_core.tracking.model import (
     TrackModel,
     TrackState,
     cameras_of,
-    initialiser_for,
+    initialiser,
     model_for,
     step,
 )
+from stereotrack_core.tracking.parameters import TrackingParameters
 from stereotrack_core.tracking.run_spec import FirstPose, Hooks, given_heading, is_found
 from stereotrack_core.tracking.saved_state import Arrays, saved
 from stereotrack_core.tracking.second_look import SecondLook, is_sure
@@ -212,20 +213,50 @@ def first_pose(run: Tracking, cloud: Cloud, hooks: Hooks) -> Pose:
 
 def looked_for(run: Tracking, clouds: Sequence[Cloud], hooks: Hooks) -> Pose | None:
     """First pose of whoever successive clouds show; None where nobody is tracked."""
-    settings, reader = run.clouds.settings, run.clouds.reader
-    told = partial(hooks.on_preparing, "finding the initial pose")
+    settings, told = run.clouds.settings, partial(hooks.on_preparing, "finding the initial pose")
     model = initialiser_of(run)
     if settings.follows_data:
         found = first_pose_in(model, clouds, told)
     else:
-        chain = search_chain(reader, settings.depth, run.clouds.views)
-        frames = [cloud.frame for cloud in clouds]
-        found = first_pose_from_images(model, chain, reader, frames, run.clouds.frames, told)
+        found = _looked_for_in_images(run, model, [cloud.frame for cloud in clouds], told)
     heading, upright = given_heading(run.init), settings.depth.upright
     return None if found is None else facing(found, heading, upright)
 
 
+def _looked_for_in_images(
+    run: Tracking, model: PersonModel, frames: Sequence[int], told: OnPart
+) -> Pose | None:
+    """First pose for a tracker whose own clouds are not made for search, followed to its place.
+
+    Depth parameters keep their defaults, except those that differ from the preset ``thesis``.
+    `model` is of the default shape, `frames` are successive.
+    """
+    reader, views, chosen = run.clouds.reader, run.clouds.views, run.clouds.settings.depth
+    usual = {row.name: row.presets.get("thesis", row.default) for row in DepthParameters.rows()}
+    changed = {name: value for name, value in chosen.values().items() if value != usual[name]}
+    wanted = settled(reader.recording, DepthParameters().replaced(**changed), reader, views)
+    with closing(DepthChain(reader.recording, wanted, views=views)) as chain:
+        chain.learn_background(reader, run.clouds.frames)
+        clouds = [chain.process(reader.frame_set(frame)) for frame in frames]
+    found = first_pose_in(model, clouds, told)
+    if found is None:
+        return None
+    state = model.first(found)
+    for cloud in clouds:
+        state, estimate = model.step(state, cloud)
+        if estimate.tracked:
+            return estimate.pose
+    return found
+
+
 def initialiser_of(run: Tracking) -> PersonModel:
-    """Model that looks for the person's first pose."""
-    clouds, cameras = run.clouds, cameras_of(run.recording, run.clouds.views)
-    return initialiser_for(run.body, clouds.settings, cameras, run.recording, clouds.spec.seed)
+    """Model that looks for the person's first pose.
+
+    The thesis begins from a known pose; its body, without legs, is not made for search, so that
+    another one of the same lengths is looked for.
+    """
+    setup = run.model.setup
+    if not run.clouds.settings.follows_data:
+        body = body_model(proportions_of(run.recording.subject))
+        setup = dataclasses.replace(setup, body=body, parameters=TrackingParameters())
+    return initialiser(setup)

@@ -1,13 +1,19 @@
 """The landmarks of the body that a detector's keypoints show in several images."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from stereotrack_core.annotation import detected_body
 from stereotrack_core.annotation.accepting import acceptable, guessed_if_hidden
 from stereotrack_core.annotation.click import Visibility
-from stereotrack_core.annotation.detected_body import body_predictions, landmark_predictions
+from stereotrack_core.annotation.detected_body import (
+    DetectLandmarks,
+    body_predictions,
+    landmark_predictions,
+)
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.pose_model.detect import DETECTOR_NAME
 from stereotrack_core.recording.keypoint_names import exchanged
@@ -53,6 +59,24 @@ def test_all_images_get_all_landmarks_also_those_that_show_no_keypoint(cameras):
     assert len(landmark_predictions(hidden, LANDMARKS)) < len(found)
     assert all(one.sigma > 0 for one in found)
     assert np.median(np.linalg.norm(off(found, cameras), axis=1)) < 3.0
+
+
+def test_frames_are_detected_one_by_one_and_guessed_cameras_place_nothing(tmp_path, monkeypatch):
+    recording, searches = mono_recording(tmp_path), []
+    monkeypatch.setattr(detected_body, "required_detector", lambda: "the detector")
+    monkeypatch.setattr(detected_body, "person_boxes", lambda *_: searches.append(1) or {})
+    monkeypatch.setattr(
+        detected_body, "detect_keypoints",
+        lambda own, _model, frames, **_: seen_in(own.cameras, list(frames)),
+    )  # fmt: skip
+    asker = SimpleNamespace(kept={}, cancelled=lambda: False)
+    found = [DetectLandmarks(recording, k, LANDMARKS, AVERAGE)(asker) for k in (0, 3)]
+    assert [{one.frame for one in each} for each in found] == [{0}, {3}]
+    assert len(found[0]) == 9 * len(recording.cameras)
+    assert len(searches) == 1, "where anything moves is looked for once"
+    guessed = replace(recording, guessed=True)
+    alone = DetectLandmarks(guessed, 0, LANDMARKS, AVERAGE)(asker)
+    assert list(alone) == list(landmark_predictions(seen_in(recording.cameras, [0]), LANDMARKS))
 
 
 @pytest.mark.parametrize("arms", [False, True])

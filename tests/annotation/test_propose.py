@@ -192,7 +192,21 @@ def test_what_a_detector_sees_corrects_what_is_expected():
     alone, found = (proposed(5, before, followed=seen) for seen in ((), detected))
     off = [off_px({key: one[key] for key in hand}, hand).max() for one in (alone, found)]
     assert off[1] < 0.4 * off[0]
-    assert not Proposer()(question(0, (), followed=detected)).predictions, "they are kept as such"
+
+
+def test_the_first_frame_is_proposed_from_what_a_detector_sees_and_clicks_correct_it():
+    truth = pixels(bodies(1))
+    blurred = seen_by(truth, sigma=6.0, seed=4)
+    seen = [Prediction(*key, "detector", place, 8.0) for key, place in blurred.items()]
+    assert not proposed(0, [])
+    first = proposed(0, [], followed=seen)
+    assert first.keys() == truth.keys()
+    assert np.median(off_px(first, truth)) < 0.9 * 6.0
+    two = tuple(RIG)[:2]
+    own = [Click(*key, tuple(place)) for key, place in truth.items() if key.camera in two]
+    after = proposed(0, [], own, followed=seen)
+    assert len(after) == len(truth) - len(own)
+    assert np.median(off_px(after, truth)) < 0.7 * np.median(off_px(first, truth))
 
 
 def test_what_the_body_hides_is_proposed_as_guessed():

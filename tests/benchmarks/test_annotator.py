@@ -19,12 +19,12 @@ def recording(tmp_path_factory):
 
 
 def test_what_is_proposed_right_needs_no_click(recording):
-    annotator = Annotator(recording, range(3), 1)
+    annotator = Annotator(recording, range(3), 1, {})
     with FrameReader(recording, read_ahead=0) as reader:
         done = annotator.annotate(reader, Proposer())
     assert done.clicks.keys() == annotator.sees.keys(), "nothing stays open"
     clicks, keys, seconds, right, mean, rms, stated = measured(annotator, done)
-    assert clicks == (done.by_hand - 36) / 2 < 12
+    assert clicks == done.by_hand / 3 < 20
     assert seconds == pytest.approx(0.4 * keys + 1.1 * clicks)
     assert right > 60.0
     assert mean <= rms < 30.0

@@ -63,9 +63,9 @@ SPECIAL_POSES = {
 """Places where angles or axes coincide."""
 
 
-def single_cone(rng, r1, r2, height, s=1.0, round_base=False, round_end=False):
+def single_cone(rng, r1, r2, height, s=1.0, round_end=False):
     """One cone somewhere in the world, and the function from its frame to the world."""
     turn, origin = rotations(rng), rng.normal(size=3)
     placed = np.zeros(1, dtype=CONE)
-    placed[0] = TORSO, turn, origin, r1, r2, height, s, round_base, round_end, (0.0, 0.0)
+    placed[0] = TORSO, turn, origin, r1, r2, height, s, round_end, (0.0, 0.0)
     return placed, turn, origin

@@ -38,23 +38,16 @@ def test_round_cones_are_exact(rng, name):
         assert (distance < 0) == (depth_inside(r1, r2, height, 1.0, point) > 0)
 
 
-@pytest.mark.parametrize("ends", ["end", "base", "both"])
-def test_half_spheres_close_round_ends(rng, ends):
+def test_a_half_sphere_closes_a_round_end(rng):
     r1, r2, height = 0.04, 0.032, 0.194
-    at_base, at_end = ends in {"base", "both"}, ends in {"end", "both"}
-    placed, turn, origin = single_cone(rng, r1, r2, height, round_base=at_base, round_end=at_end)
+    placed, turn, origin = single_cone(rng, r1, r2, height, round_end=True)
     local = _around(rng, 50, r1, height, 0.2)
     local = local[[depth_inside(r1, r2, height, 1.0, point) < 0 for point in local]]
     closest = nearest_on_surface(local @ turn.T + origin, placed, np.inf)
-    flip = np.array([1.0, 1.0, -1.0])
     for i in np.flatnonzero(closest.cone == 0):
-        point = local[i]
-        places = [nearest_on_side(r1, r2, height, 1.0, point)]
-        if at_end:
-            places.append(nearest_on_half_sphere(r2, height, 1.0, point))
-        if at_base:
-            places.append(flip * nearest_on_half_sphere(r1, 0.0, 1.0, flip * point))
-        best = min(np.linalg.norm(point - place) for place in places)
+        side = nearest_on_side(r1, r2, height, 1.0, local[i])
+        places = side, nearest_on_half_sphere(r2, height, 1.0, local[i])
+        best = min(np.linalg.norm(local[i] - place) for place in places)
         assert abs(closest.distance[i]) == pytest.approx(best, abs=1e-3)
 
 

@@ -63,7 +63,7 @@ def test_what_contradicts_waits_for_a_decision(run, project, tmp_path):
         opened.apply(delete_clicks((deleted,)))
     before = clicks_in(project)
     ended = run("import", "labels", path, "--into", project, status=2)
-    assert "2 of its clicks contradict the project" in ended.err
+    assert "2 clicks already in the project differ" in ended.err
     assert clicks_in(project) == before
     mine = run("import", "labels", path, "--into", project, "--conflicts", "mine", "--json").json
     assert (mine["taken"], mine["different"]) == (1, 2)

@@ -77,3 +77,13 @@ def test_a_shadow_keeps_the_structure_and_a_person_does_not():
     found = shaded(light_of(dark.clip(0, 255).astype(np.uint8), scene))
     assert found[28:47, 58:72].mean() > 0.8
     assert found[15:50, 35:45].mean() < 0.2
+
+
+@pytest.mark.parametrize(("size", "least", "most"), [(240, 0.8, 1.0), (96, 0.3, 0.7)])
+def test_a_slope_of_the_gain_is_believed_by_the_pixels_that_show_it(size, least, most):
+    before = EMPTY[:size, :size]
+    slope = 0.85 + 0.3 * np.arange(size) / size
+    now = (before * slope).clip(0, 255).astype(np.uint8)
+    found = light_of(now, empty_scene(before)).log_gain[0]
+    share = (found[-1] - found[0]) / np.log(slope[-1] / slope[0])
+    assert least < share < most

@@ -47,7 +47,7 @@ def percentile(**changes):
     frames = np.ones((21, 240, 320), np.float32)
     frames[:, 5, 5] += np.arange(21)
     scene = background(**changes)
-    scene.take_frames([], list(frames))
+    scene.take_frames([(frame, None) for frame in frames])
     return scene.model.disparity[5, 5]
 
 

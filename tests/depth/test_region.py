@@ -38,6 +38,12 @@ def test_patches_far_apart_are_matched_apart_and_specks_not_at_all():
     assert bands_of(empty, empty, 8) == ()
 
 
+def test_what_differs_by_no_more_than_noise_is_not_matched():
+    empty = texture(240, 320, seed=1).astype(np.uint8)
+    noise = np.random.default_rng(3).normal(0.0, 30.0, empty.shape)
+    assert bands_of((empty + noise).clip(0, 255).astype(np.uint8), empty, 8) == ()
+
+
 def test_only_wide_ranges_are_searched_so_and_not_by_the_thesis():
     wide = DisparityRange(1, WIDE)
     assert isinstance(matcher_of(DepthParameters(), wide), CoarseToFine)

@@ -195,6 +195,8 @@ def test_too_few_disparities_begin_too_far_away():
     assert "from 1.00 to 3.00 m" in found.what
     assert "Set disparity_count to 48 or more." in found.remedy
     assert not list(check_reach(space(1, 48)))
+    for high, misses in ((24, False), (23, True)):  # 2 m, or 9 cm more
+        assert bool(list(check_reach(space(1, high, near=2.0)))) is misses
 
 
 @pytest.mark.parametrize(("low", "high"), [(1, 15), (60, 123)])

@@ -9,7 +9,7 @@ import pytest
 
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.reader import FrameReader, FrameSet
-from stereotrack_core.tracking.clouds import Clouds, OwnClouds
+from stereotrack_core.tracking.clouds import Clouds, CloudSource, chain_of
 from stereotrack_core.tracking.prepare import prepare
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run import advances
@@ -61,8 +61,8 @@ def test_memory_is_flat_over_many_frames(name, frames, sound):
     spec = RunSpec(preset(name).replaced(**QUICK))
     with (
         EndlessReader(recording, colour=False, cache_bytes=1 << 20) as reader,
-        closing(OwnClouds(recording, spec, "NOSW", reader)) as own,
-        Clouds(recording, spec, own) as clouds,
+        closing(chain_of(recording, spec, "NOSW", reader)[0]) as chain,
+        Clouds(recording, spec, CloudSource(chain, reader)) as clouds,
     ):
         run = prepare(clouds)
         for advance in advances(run, range(SETTLED)):

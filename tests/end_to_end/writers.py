@@ -102,7 +102,7 @@ def _study(path: Path) -> Study:
 
 def _results(path: Path, samples: Samples) -> None:
     study = _study(Path("walks.study.toml"))
-    result = JobResult("x", "done", values_of(samples.run, 10.0, samples.recording.reference))
+    result = JobResult("x", "done", values_of(samples.run, samples.recording, None))
     spec = RunSpec(preset("fast"), "fast")
     jobs = [Job("x", "", "", row.recording, "", "", Point(), spec) for row in study.rows]
     write_result_table(path, study, jobs, {"x": result})

@@ -2,11 +2,13 @@
 
 import csv
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 
+from app.features.annotate.filling import retracking
 from tests.gui.hands import frames_shown, trigger
 from tests.gui.made_runs import add_run
 
@@ -179,3 +181,43 @@ def test_a_click_in_the_film_strip_corrects_a_point_and_the_strip_shows_the_new_
     assert strip._layers[:2] == ("corrected", "wild")
     assert len(strip.view._cells[0].pictures) == 3
     settle(window, qtbot)
+
+
+@pytest.fixture
+def strip(reviewing, qtbot, monkeypatch):
+    """The film strip with the failure, and the active run in it."""
+    monkeypatch.setattr(reviewing.features.review.strip, "_layer", 0)
+    reviewing.context.docks.bring_up("strip")
+    failures = reviewing.context.session.failures
+    failures.choose(failures.listed[0])
+    settle(reviewing, qtbot)
+    qtbot.waitUntil(lambda: bool(reviewing.features.review.strip.view._cells))
+    return reviewing.features.review.strip
+
+
+def test_a_click_in_the_film_strip_tracks_again_around_it(reviewing, strip, qtbot, monkeypatch):
+    again, own = [], reviewing.features.annotate.retracking
+    found = SimpleNamespace(into=lambda run, _frames: run)
+    monkeypatch.setattr(retracking, "_why_not_with_clicks", lambda _entry: "")
+    monkeypatch.setattr(retracking, "in_process", lambda *_: found)
+    monkeypatch.setattr(own, "_task_of", lambda *_: None)
+    monkeypatch.setattr(own, "_take", lambda _entry, stretch, *_: again.append(stretch))
+    cell = next(one for one in strip.view._cells if one.frame == 2)
+    place = strip.view.area_of(cell).center().toPoint()
+    QTest.mouseClick(strip.view, Qt.MouseButton.LeftButton, pos=place)
+    assert not again, "until a person has clicked all that is wrong"
+    qtbot.waitUntil(lambda: bool(again))
+    assert set(range(1, 4)) <= set(again[0]), "the failure, and frames beside it"
+    settle(reviewing, qtbot)
+    assert len(again) == 1
+
+
+def test_two_runs_blink_in_the_film_strip(reviewing, strip, qtbot):
+    add_run(reviewing, "other", off=0.02, wild=(1, 2))
+    settle(reviewing, qtbot)
+    for name in ("wild", "other", "wild"):
+        QTest.keyClick(reviewing, Qt.Key.Key_T, SHIFT)
+        settle(reviewing, qtbot)
+        qtbot.waitUntil(lambda name=name: strip._layers[:1] == (name,))
+        assert reviewing.context.session.runs.active.name == name
+        assert f": {name}" in strip.words.text()

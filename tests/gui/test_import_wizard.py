@@ -90,8 +90,8 @@ def test_a_folder_of_videos_becomes_a_recording_by_keyboard(window, qtbot, video
     assert "guessed from the size of the images" in window.messages.text()
     assert "The calibration is a guess" in window.context.session.no_depth()
 
-    assert window.messages.do_button.text() == "Calibrate cameras"
-    QTest.mouseClick(window.messages.do_button, Qt.MouseButton.LeftButton)
+    assert window.messages.do_button.text() == "Attach a calibration …"
+    QTest.mouseClick(window.messages.other_buttons[0], Qt.MouseButton.LeftButton)
     assert window.context.docks.workspace == "calibrate"
 
 

@@ -45,7 +45,7 @@ def test_a_picture_is_made_without_a_screen(program, small_recording, tmp_path):
 
 _SCIPY = ("linalg", "ndimage", "optimize", "signal", "sparse", "spatial", "special", "stats")
 _AFTER_THE_WINDOW = (
-    *("vtkmodules", "pyvista", "matplotlib", "numba", "llvmlite", "PIL", "jinja2"),
+    *("vtkmodules", "pyvista", "pyqtgraph", "matplotlib", "numba", "llvmlite", "PIL", "jinja2"),
     *(f"scipy.{part}" for part in _SCIPY),
 )
 """What takes long to load and nobody needs before a recording is shown."""

@@ -215,6 +215,34 @@ def test_nothing_of_a_closed_window_is_left(qtbot, settings, processes, kept, sm
     assert left() is None
 
 
+def test_closing_a_recording_asks_where_trials_would_be_dropped(newly_opened, qtbot, monkeypatch):
+    window, session, kept = newly_opened, newly_opened.context.session, []
+    monkeypatch.setattr(window, "asks_before_quitting", True)
+    monkeypatch.setattr(session.trials, "lost_words", lambda: "" if kept else "2 trials")
+    monkeypatch.setattr(session.trials, "keep", lambda: kept.append("both"))
+
+    def asked(do, button, *, stores=False):
+        do()
+        box = window.findChild(QMessageBox)
+        assert box.informativeText() == "• 2 trials"
+        box.checkBox().setChecked(stores)
+        QTest.mouseClick(
+            next(one for one in box.buttons() if button in one.text()), Qt.MouseButton.LeftButton
+        )
+        QApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
+
+    def close():
+        QTest.keyClick(window, Qt.Key.Key_W, Qt.KeyboardModifier.ControlModifier)
+
+    asked(close, "Cancel")
+    asked(lambda: session.open(session.document.recording.folder, frame=2), "Cancel")
+    assert session.document.recording is not None
+    assert session.document.frame == 0
+    asked(close, "Close", stores=True)
+    qtbot.waitUntil(lambda: session.document.recording is None)
+    assert kept == ["both"]
+
+
 def test_quitting_asks_where_something_would_be_lost(settings, failures, processes, kept, qtbot):
     kept.close()
     window = show_window(qtbot, settings, processes)

@@ -3,12 +3,7 @@
 import pytest
 import tomli_w
 
-from stereotrack_core.annotation.landmark_set import (
-    NINE,
-    Landmark,
-    LandmarkSet,
-    read_landmark_set,
-)
+from stereotrack_core.annotation.landmark_set import NINE, Landmark, LandmarkSet, read_landmark_set
 from stereotrack_core.errors import InputError
 
 WRIST = Landmark("left_wrist", "#112233", "left_forearm", "left_forearm", 0.7, 0.0, (0, 0.01, 0))

@@ -8,16 +8,7 @@ import pytest
 from stereotrack_core.annotation.landmark_set import NINE, Landmark, LandmarkSet
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.errors import InputError
-from stereotrack_core.project.entries import (
-    choose,
-    delete_entry,
-    load_reference,
-    load_subject,
-    save_entry,
-    save_landmark_set,
-    save_reference,
-    save_subject,
-)
+from stereotrack_core.project import entries
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.schema import LANDMARK_SET, SUBJECT
 from stereotrack_core.recording.description import Subject
@@ -40,11 +31,11 @@ def reference(frames: int = 4) -> Reference:
 
 
 def test_a_reference_comes_back_bit_by_bit(project, project_path):
-    project.apply(save_reference("mine", reference()))
+    project.apply(entries.save_reference("mine", reference()))
     project.close()
     with Project.open(project_path) as again:
         assert dict(again.references.get("mine").facts) == {"frames": 4}
-        found = load_reference(again.references, "mine")
+        found = entries.load_reference(again.references, "mine")
     for name in ("frame", "points", "covariance", "filled"):
         np.testing.assert_array_equal(getattr(found, name), getattr(reference(), name))
     assert found.limb_sigma_deg is None
@@ -62,33 +53,33 @@ def test_a_reference_of_another_set_gives_the_landmarks_it_shares():
 
 def test_subjects_are_saved_chosen_and_taken_away(project):
     assert project.subject() is None
-    project.apply(save_subject(PERSON))
-    project.apply(choose(SUBJECT, "P"))
+    project.apply(entries.save_subject(PERSON))
+    project.apply(entries.choose(SUBJECT, "P"))
     assert project.subject() == PERSON
     assert project.history.to_undo().words == "use subject P"
-    assert project.apply(save_subject(PERSON)) is None
+    assert project.apply(entries.save_subject(PERSON)) is None
     longer = replace(PERSON, torso_length=0.55)
-    project.apply(save_subject(longer, origin="measured from clicks"))
+    project.apply(entries.save_subject(longer, origin="measured from clicks"))
     assert project.subject() == longer
     assert project.subjects.get("P").facts["origin"] == "measured from clicks"
     project.undo()
-    assert load_subject(project.subjects, "P") == PERSON
-    project.apply(delete_entry(SUBJECT, "P"))
+    assert entries.load_subject(project.subjects, "P") == PERSON
+    project.apply(entries.delete_entry(SUBJECT, "P"))
     assert project.subject() is None
     with pytest.raises(InputError, match="no subject 'P'"):
-        project.apply(choose(SUBJECT, "P"))
+        project.apply(entries.choose(SUBJECT, "P"))
     with pytest.raises(InputError, match="has no name"):
-        project.apply(save_entry(SUBJECT, " ", "{}"))
+        project.apply(entries.save_entry(SUBJECT, " ", "{}"))
 
 
 def test_the_nine_landmarks_are_there_without_saying_so(project):
     assert project.landmark_set() == NINE
     wrist = Landmark("left_wrist", "#112233", "left_forearm", "left_forearm", along=0.7)
     longer = LandmarkSet("with wrist", (*NINE.landmarks, wrist))
-    project.apply(save_landmark_set(longer))
-    project.apply(choose(LANDMARK_SET, "with wrist"))
+    project.apply(entries.save_landmark_set(longer))
+    project.apply(entries.choose(LANDMARK_SET, "with wrist"))
     assert project.landmark_set() == longer
-    project.apply(choose(LANDMARK_SET, None))
+    project.apply(entries.choose(LANDMARK_SET, None))
     assert project.landmark_set() == NINE
 
 

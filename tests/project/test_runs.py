@@ -8,21 +8,11 @@ import pytest
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.run_npz import run_bytes
-from stereotrack_core.project import entries
+from stereotrack_core.project import entries, runs
 from stereotrack_core.project.clicks import move_clicks, place
 from stereotrack_core.project.database import ProjectDamaged
 from stereotrack_core.project.entries import facts_as_json, save_entry
 from stereotrack_core.project.project import Project
-from stereotrack_core.project.runs import (
-    delete_run,
-    free_name,
-    keep_run,
-    kept_runs,
-    load_run,
-    removed_runs,
-    rename_run,
-    restore_run,
-)
 from stereotrack_core.project.schema import RUN
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.presets import preset
@@ -73,16 +63,16 @@ def assert_same(found: Run, kept: Run) -> None:
 
 
 def test_a_run_comes_back_bit_by_bit_after_the_project_was_closed(project, project_path):
-    project.apply(keep_run("accurate", run()))
+    project.apply(runs.keep_run("accurate", run()))
     project.close()
     with Project.open(project_path) as again:
-        assert_same(load_run(again.runs, "accurate"), run())
+        assert_same(runs.load_run(again.runs, "accurate"), run())
 
 
 def test_the_list_says_what_a_run_was_made_with_and_reads_no_numbers(project, monkeypatch):
-    project.apply(keep_run("one", run(iterations=2, data_points=401)))
+    project.apply(runs.keep_run("one", run(iterations=2, data_points=401)))
     monkeypatch.setattr(entries, "fetch", lambda *_: pytest.fail("numbers were read"))
-    (kept,) = kept_runs(project.runs)
+    (kept,) = runs.kept_runs(project.runs)
     assert (kept.name, kept.who) == ("one", "A")
     facts = kept.facts
     assert facts.changed == {"iterations": (3, 2), "data_points": (800, 401)}
@@ -97,87 +87,87 @@ def test_the_list_says_what_a_run_was_made_with_and_reads_no_numbers(project, mo
 
 
 def test_runs_of_one_name_are_not_mixed_up(project):
-    project.apply(keep_run("accurate", run()))
+    project.apply(runs.keep_run("accurate", run()))
     with pytest.raises(InputError, match="already"):
-        project.apply(keep_run("accurate", run(seed=9)))
-    other = free_name(project.runs, "accurate")
+        project.apply(runs.keep_run("accurate", run(seed=9)))
+    other = runs.free_name(project.runs, "accurate")
     assert other == "accurate (2)"
-    project.apply(keep_run(other, run(seed=9)))
-    assert_same(load_run(project.runs, "accurate"), run())
-    assert_same(load_run(project.runs, other), run(seed=9))
-    a, b = kept_runs(project.runs)
+    project.apply(runs.keep_run(other, run(seed=9)))
+    assert_same(runs.load_run(project.runs, "accurate"), run())
+    assert_same(runs.load_run(project.runs, other), run(seed=9))
+    a, b = runs.kept_runs(project.runs)
     assert a.content != b.content
-    project.apply(delete_run("accurate"))
-    assert free_name(project.runs, "accurate") == "accurate (3)"
+    project.apply(runs.delete_run("accurate"))
+    assert runs.free_name(project.runs, "accurate") == "accurate (3)"
 
 
 def test_a_run_is_removed_and_restored(project):
-    project.apply(keep_run("accurate", run()))
-    changed = project.apply(delete_run("accurate"))
+    project.apply(runs.keep_run("accurate", run()))
+    changed = project.apply(runs.delete_run("accurate"))
     assert changed.words == "delete run accurate"
-    assert (kept_runs(project.runs), removed_runs(project.runs)) == ((), ("accurate",))
+    assert (runs.kept_runs(project.runs), runs.removed_runs(project.runs)) == ((), ("accurate",))
     with pytest.raises(InputError, match="no run 'accurate'"):
-        load_run(project.runs, "accurate")
-    project.apply(restore_run("accurate"))
-    assert_same(load_run(project.runs, "accurate"), run())
-    assert removed_runs(project.runs) == ()
+        runs.load_run(project.runs, "accurate")
+    project.apply(runs.restore_run("accurate"))
+    assert_same(runs.load_run(project.runs, "accurate"), run())
+    assert runs.removed_runs(project.runs) == ()
     with pytest.raises(InputError, match="was removed"):
-        project.apply(restore_run("accurate"))
+        project.apply(runs.restore_run("accurate"))
 
 
 def test_runs_are_nothing_that_undo_and_redo_know_of(project):
     step = move_clicks((CLICK.key,), (0.5, 0.0))
     project.apply(place(CLICK))
     project.apply(step, continues=True)
-    project.apply(keep_run("accurate", run()))
+    project.apply(runs.keep_run("accurate", run()))
     project.apply(step, continues=True)
     assert project.clicks.at(1)[0].position == (2.0, 2.0), "small steps around it stay one edit"
     project.undo()
-    project.apply(rename_run("accurate", "better"))
-    project.apply(delete_run("better"))
+    project.apply(runs.rename_run("accurate", "better"))
+    project.apply(runs.delete_run("better"))
     assert project.clicks.at(1)[0].position == (1.0, 2.0)
     assert [entry.state for entry in project.history.entries()] == ["undone", "done"]
     project.redo()
 
 
 def test_a_run_is_renamed_with_all_that_belongs_to_it(project):
-    project.apply(keep_run("first", run()))
-    (before,) = kept_runs(project.runs)
-    assert project.apply(rename_run("first", "better")).words == "rename run first to better"
-    (after,) = kept_runs(project.runs)
+    project.apply(runs.keep_run("first", run()))
+    (before,) = runs.kept_runs(project.runs)
+    assert project.apply(runs.rename_run("first", "better")).words == "rename run first to better"
+    (after,) = runs.kept_runs(project.runs)
     assert after == replace(before, name="better")
-    assert_same(load_run(project.runs, "better"), run())
-    assert project.apply(rename_run("better", "better")) is None
+    assert_same(runs.load_run(project.runs, "better"), run())
+    assert project.apply(runs.rename_run("better", "better")) is None
 
 
 def test_a_name_that_is_taken_empty_or_unknown_is_refused(project):
-    project.apply(keep_run("one", run()))
-    project.apply(keep_run("two", run(seed=9)))
+    project.apply(runs.keep_run("one", run()))
+    project.apply(runs.keep_run("two", run(seed=9)))
     for wrong, words in (
         (("one", "two"), "already"),
         (("one", " "), "no name"),
         (("x", "y"), "no run"),
     ):
         with pytest.raises(InputError, match=words):
-            project.apply(rename_run(*wrong))
-    project.apply(delete_run("two"))
-    project.apply(rename_run("one", "two"))
-    assert_same(load_run(project.runs, "two"), run())
+            project.apply(runs.rename_run(*wrong))
+    project.apply(runs.delete_run("two"))
+    project.apply(runs.rename_run("one", "two"))
+    assert_same(runs.load_run(project.runs, "two"), run())
 
 
 def test_data_that_have_changed_are_never_given_out(project):
-    project.apply(keep_run("accurate", run()))
+    project.apply(runs.keep_run("accurate", run()))
     with project._access.writing() as database:
         database.execute("UPDATE content SET bytes = X'00'")
     with pytest.raises(ProjectDamaged):
-        load_run(project.runs, "accurate")
+        runs.load_run(project.runs, "accurate")
 
 
 def test_few_facts_are_read_and_senseless_ones_are_damage(project):
     few = {"frames": 7, "tracked": 6, "preset": "accurate", "seed": 1}
     project.apply(save_entry(RUN, "few", facts_as_json(few), run_bytes(run())))
-    facts = kept_runs(project.runs)[0].facts
+    facts = runs.kept_runs(project.runs)[0].facts
     assert (facts.frames, facts.changed) == (7, {})
     project.apply(save_entry(RUN, "odd", facts_as_json({"frames": "many"}), run_bytes(run())))
     with pytest.raises(ProjectDamaged):
-        kept_runs(project.runs)
+        runs.kept_runs(project.runs)

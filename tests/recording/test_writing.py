@@ -15,11 +15,7 @@ from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.images import counts_of
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.recording.reader import FrameReader, metres_of
-from stereotrack_core.recording.writing import (
-    VideoWriter,
-    write_png,
-    write_recording_description,
-)
+from stereotrack_core.recording.writing import VideoWriter, write_png, write_recording_description
 
 
 def camera(name, width=120, height=64, fisheye=False, shift=0.0):

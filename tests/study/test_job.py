@@ -4,11 +4,14 @@ import dataclasses
 
 import pytest
 
+from stereotrack_core.evaluation.failure_segments.reasons import WHY_WORDS
 from stereotrack_core.evaluation.measures import MEASURES
 from stereotrack_core.evaluation.summary import errors_against, summarise
-from stereotrack_core.recording.landmarks import LandmarkTrajectory
+from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
+from stereotrack_core.study.description import StudyRecording
 from stereotrack_core.study.job import do_batch
 from stereotrack_core.study.points import Point, grid_points, parsed_axis
+from stereotrack_core.study.status import RowStatus
 from stereotrack_core.tracking import lockstep
 from stereotrack_core.tracking.iekf import Follower
 from stereotrack_core.tracking.run import track
@@ -43,6 +46,26 @@ def test_results_are_those_of_runs_alone(plan, cones):
         assert names - set(result.measures) <= {"lost_precision", "lost_recall", "keypoint_error"}
         assert {name for name in result.measures if "/" not in name} <= names
     assert len({result.measures["forearms"] for result in results.values()}) == 4
+
+
+def test_a_kept_run_says_why_its_arm_searches_failed(plan, cones, tmp_path):
+    """A reference whose arms point up: all of the cloud speaks against them, and no search errs."""
+    points = cones.reference.points.copy()
+    names = list(LANDMARKS)
+    for side in ("left", "right"):
+        shoulder = points[:, names.index(f"{side}_shoulder")]
+        for joint, up in (("elbow", 0.3), ("hand", 0.55)):
+            points[:, names.index(f"{side}_{joint}")] = shoulder + [0.0, 0.0, up]
+    changes = {"pixel_step": 1, "speckle_size": 0, "data_points": 200, "fit_shape": False}
+    (job,) = plan(Point(), changes=changes)
+    job = dataclasses.replace(job, keep=str(tmp_path / "run.npz"))
+    job = dataclasses.replace(job, truth=LandmarkTrajectory(cones.reference.frame, points))
+    (result,) = do_batch([job])
+    counts = {why: result.measures[f"failures_{why}:count"] for why in WHY_WORDS}
+    assert counts["search"] == counts["right"] == 0.0
+    assert sum(counts.values()) == result.measures["failures_by_error:count"] > 0
+    row = RowStatus(StudyRecording("a"), results=(result,))
+    assert row.reasons in {f"{why} {count:g}" for why, count in counts.items()}
 
 
 def test_a_job_that_fails_stops_no_other(plan, monkeypatch):

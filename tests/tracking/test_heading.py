@@ -13,7 +13,7 @@ from stereotrack_core.tracking import tracking
 from stereotrack_core.tracking.frame import FirstFrame
 from stereotrack_core.tracking.initialise import heading as evidence_of_heading
 from stereotrack_core.tracking.initialise.finder import PoseFinder
-from stereotrack_core.tracking.initialise.heading_watch import WATCHED, HeadingWatch
+from stereotrack_core.tracking.initialise.heading import WATCHED, HeadingWatch
 from stereotrack_core.tracking.initialise.trunk import turned_round
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run_checks import heading_words

@@ -215,10 +215,17 @@ def _switches(session: Session, annotate: ClickController) -> list[Command]:
               "visible views, show the next keyframe that is not done, or the next frame where no "
               "keyframes are set.", annotate.toggle_going_on,
               checked=lambda: annotate.annotating.goes_on, section=True),
+        Menu(_MENU, annotate.why_no_annotating).command(
+            "detect_landmarks", "Detect landmarks automatically", "Let the installed pose detector "
+            "look at the frame that is shown, and at the next ones once you click. What it sees is "
+            "predicted before the first click; nothing is stored.", annotate.detections.toggle,
+            why_not=lambda: annotate.why_no_annotating() or annotate.detections.why_not(),
+            checked=lambda: annotate.detections.on, section=True,
+        ),
         Menu(_MENU, no_depth).command(
             "fit_depth", "Fit to clicks and depth", "Fit the body to the measured points as well "
             "as to the clicks, where the recording has depth.", annotate.toggle_depth, "Shift+D",
-            "fit", checked=lambda: annotate.facts.use_depth, section=True,
+            "fit", checked=lambda: annotate.facts.use_depth,
         ),
     ]  # fmt: skip
 

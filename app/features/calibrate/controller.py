@@ -11,10 +11,12 @@ from stereotrack_core.calibrate.board import Board
 from stereotrack_core.calibrate.work import Source
 from stereotrack_core.depth.floor import FindFloor
 from stereotrack_core.errors import InputError
+from stereotrack_core.recording.calibration import write_calibration
 
 from ...context import Context
 from ...session.changes import RECORDING, Part
 from ...session.jobs import Job, LatestOnly, NewestJob, Task
+from ...session.replacing import replace_cameras
 from .state import (
     DOING,
     STEPS,
@@ -26,9 +28,8 @@ from .state import (
     ReadPicture,
     Shot,
     StepName,
-    save_into,
+    checked,
     why_not_into,
-    write_to,
 )
 
 
@@ -233,7 +234,8 @@ class CalibrationController:
     def save(self, path: Path) -> None:
 
         def write() -> None:
-            write_to(self.state, path)
+            target = path if path.suffix else path.with_suffix(".toml")
+            write_calibration(target, checked(self.state))
             self.change(saved=f"Saved: {path.name}.")
 
         self._context.notifier.attempt(write)
@@ -246,10 +248,9 @@ class CalibrationController:
         recording = state.recording
 
         def write() -> None:
-            kept = save_into(state, recording.folder)
-            words = f"Saved into {recording.name}. The calibration before is {kept.name}."
-            self.change(saved=words, saved_into=recording.folder)
-            self._context.session.open(recording.folder, workspace="calibrate")
+            session, what = self._context.session, f"Saved into {recording.name}"
+            said = replace_cameras(session, checked(state), what).sentence()
+            self.change(saved=said, saved_into=recording.folder)
 
         self._context.notifier.attempt(write)
 

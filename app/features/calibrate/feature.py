@@ -22,15 +22,24 @@ from ...services.docks import Workspace
 from ...session.changes import RECORDING, Part
 from ...session.jobs import Job, NewestJob, Task
 from ...session.messages import Message
+from ...session.replacing import open_again
 from ...widgets.style.building import vbox
 from ...widgets.tables.panels import FindingsPanel
 from .controller import CalibrationController
+from .person import PersonCalibrator
 from .state import why_not_into
 
 if TYPE_CHECKING:
     from .page import CalibrationPage
 
 _GUESSED = "Landmarks can be clicked. 3-D positions, fitting and tracking need a calibration."
+_WAYS = (
+    ("Attach a calibration …", "attach_calibration"),
+    ("Calibrate", "calibrate"),
+    ("Calibrate from the person …", "calibrate_person"),
+)
+"""What helps where cameras are guessed, and the commands."""
+
 _SURE = (
     "It is tested first. The file is only changed if the problem is gone then, and the one before "
     "is kept beside it."
@@ -45,9 +54,7 @@ class RecordingChecks:
         self._process = TaskProcess()
         self._job = NewestJob(context.tasks)
         self._asked: Message | None = None
-        self._done: Message | None = None
         watch = context.session.changes.watch
-        watch(Part.FINDINGS, self._tell)
         watch(Part.RECORDING_CLOSED, self._job.cancel)
         watch(Part.WINDOW_CLOSING, self._process.close)
 
@@ -110,15 +117,8 @@ class RecordingChecks:
         if recording is None or done.file.parent != recording.folder:
             return
         kept = f"{done.words} The file before is {done.kept.name}."
-        self._done = Message("note", f"{done.file.name} was corrected", remedy=kept)
-        frame, workspace = self._document.frame, self._context.docks.workspace or None
-        self._context.session.open(recording.folder, frame=frame, workspace=workspace)
-
-    def _tell(self) -> None:
-        """Show the message of a correction once the recording is open again."""
-        if self._done is not None and self._document.findings is not None:
-            self._context.notifier.show(self._done)
-            self._done = None
+        said = Message("note", f"{done.file.name} was corrected", remedy=kept)
+        open_again(self._context.session, said)
 
 
 _MENU = "&File/&Calibration"
@@ -139,6 +139,9 @@ def _commands(context: Context, calibrate: CalibrateController) -> list[Command]
         command("check_thoroughly", "Check thoroughly", "Measure whether images, clocks, cameras "
                 "and reference of the open recording fit each other; takes some seconds to "
                 "minutes.", checks.measure, why_not=checks.why_not_measure),
+        command("calibrate_person", "Calibrate from the person …", "Calculate cameras that are "
+                "guessed from clicks of the same landmarks in several views, and one length.",
+                calibrate.person.ask, why_not=calibrate.person.why_not),
         command("calibrate_save", "Save calibration …", "Write the calibration.toml and a report.",
                 lambda: calibrate.page.axes.ask(), icon="save", section=True,
                 why_not=lambda: in_page() or calibration.state.why_not_save()),
@@ -157,7 +160,7 @@ class CalibrateController:
     def __init__(self, context: Context) -> None:
         self._context, self._session = context, context.session
         self.calibration = CalibrationController(context)
-        self.checks = RecordingChecks(context)
+        self.checks, self.person = RecordingChecks(context), PersonCalibrator(context)
         self.findings = FindingsPanel(self.checks.ask)
         self._column, place = vbox(), QWidget()
         place.setAccessibleName("Calibration")
@@ -186,14 +189,13 @@ class CalibrateController:
             self.page.show()
 
     def _on_ready(self) -> None:
-        """Say that the cameras are guessed, with a button to calibrate them."""
+        """Say that the cameras are guessed, and what can be done about it."""
         recording, context = self._session.document.recording, self._context
         if recording is not None and recording.guessed:
             what = "the cameras of this recording are guessed from the size of the images"
-            do = partial(context.docks.show_named, "calibrate")
-            context.notifier.show(
-                Message("note", what, recording.name, _GUESSED, "Calibrate cameras", do)
-            )
+            ways = [(words, context.actions.action(name).trigger) for words, name in _WAYS]
+            message = Message("note", what, recording.name, _GUESSED, *ways[0], tuple(ways[1:]))
+            context.notifier.show(message)
 
     def _show_findings(self) -> None:
         known = self._session.document.findings

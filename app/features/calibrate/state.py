@@ -23,11 +23,8 @@ from stereotrack_core.calibrate.world_checks import seen_board
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.transform import RigidTransform
-from stereotrack_core.recording.calibration import write_calibration
 from stereotrack_core.recording.description import Recording
-from stereotrack_core.recording.folder import named_file
 from stereotrack_core.recording.images import DamagedFrame
-from stereotrack_core.recording.writing import keep_beside
 
 StepName: TypeAlias = Literal["board", "pictures", "lenses", "world", "axes"]
 STEPS: dict[StepName, str] = {
@@ -313,23 +310,21 @@ class Calibration:
         return replace(fresh, **changed)
 
 
-def write_to(state: Calibration, path: Path) -> None:
-    """Write the cameras to a file. Raises InputError if that is not possible."""
+def checked(state: Calibration) -> Mapping[str, Camera]:
+    """The cameras to be written. Raises InputError where there are none."""
     if isinstance(state.alignment, InputError):
         raise state.alignment
     if not state.cameras:
         what = "nothing is calculated that could be saved"
         remedy = "Calculate the lenses, and place all cameras."
         raise InputError(what, where="calibration", remedy=remedy)
-    write_calibration(path if path.suffix else path.with_suffix(".toml"), state.cameras)
+    return state.cameras
 
 
 def why_not_into(state: Calibration) -> str:
     """Why the calibration cannot replace that of the open recording."""
     if state.recording is None:
         return "No recording is open."
-    if state.recording.guessed:
-        return "The cameras of the recording are guessed, so that there is nothing to replace."
     if state.world is None and not (state.of_recording and state.cameras):
         return "Place all cameras first, or choose what the world is turned by."
     if isinstance(state.alignment, InputError):
@@ -348,14 +343,6 @@ def why_not_into(state: Calibration) -> str:
                 f"has {old.width} × {old.height}."
             )
     return ""
-
-
-def save_into(state: Calibration, folder: Path) -> Path:
-    """Replace the calibration of a recording; the one before is kept beside it, and returned."""
-    target = named_file(folder, "calibration")
-    kept = keep_beside(target)
-    write_to(state, target)
-    return kept
 
 
 @dataclass(frozen=True, eq=False)

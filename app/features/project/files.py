@@ -3,6 +3,7 @@
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QUrl
 from PySide6.QtGui import QDesktopServices
@@ -15,8 +16,6 @@ from stereotrack_core.locks import user
 from stereotrack_core.project.exporting import Exported, ExportFormat, formats_of, writer
 from stereotrack_core.project.history import Entry
 from stereotrack_core.project.whereabouts import SUFFIX
-from stereotrack_core.report.pages import repeat_command, write_page
-from stereotrack_core.report.reported import Source, gathered
 from stereotrack_core.tracking.unfinished import INCOMPLETE
 
 from ...context import Context
@@ -34,7 +33,10 @@ from ...widgets.forms.form_dialog import (
     ask_to_open,
     ask_to_save,
 )
-from .importing import ImportController
+from .importing import ImportController, ask_to_attach
+
+if TYPE_CHECKING:
+    from stereotrack_core.report.reported import Source
 
 
 class FileController:
@@ -56,9 +58,12 @@ class FileController:
         ask_for_folder(parent, "Open a recording folder", session.recent_folder(), session.open)
 
     def close_recording(self) -> None:
-        self._session.track.stop()
-        self.demo = None
-        self._context.tasks.after_writes(self._session.document.close)
+        def close() -> None:
+            self._session.track.stop()
+            self.demo = None
+            self._context.tasks.after_writes(self._session.document.close)
+
+        self._session.leave("Close", close)
 
     def begin_demo(self, folder: Path | None = None) -> None:
         """Copy the demo recording unless it is there, open it and track it."""
@@ -185,13 +190,15 @@ class ReportController:
         ask_to_save(self._context.docks.dialog_parent, "Save report", proposed, _PAGES, make)
 
     def make(self, path: Path) -> None:
+        from stereotrack_core.report import pages, reported
+
         source = self._source()
         if source is None or self.job.busy:
             return
 
         def work(task: Task) -> None:
-            reported = gathered(source, task.work)
-            write_page(path, reported)
+            found = reported.gathered(source, task.work)
+            pages.write_page(path, found)
 
         def show() -> None:
             QDesktopServices.openUrl(QUrl.fromLocalFile(str(path)))
@@ -202,20 +209,22 @@ class ReportController:
 
         self.job.run(Job("Writing report", work, done), promised=True)
 
-    def _source(self) -> Source | None:
+    def _source(self) -> "Source | None":
         """The active run and what it is measured against; None where it cannot be put together."""
+        from stereotrack_core.report import pages, reported
+
         entry, recording = self._session.runs.active, self._session.document.recording
         run = None if entry is None else entry.run()
         if entry is None or recording is None or run is None:
             return None
         truth, file = self._session.judging.truth, entry.path
-        return Source(
+        return reported.Source(
             name=entry.name, run=run,
             recording=replace(recording, segments=self._session.segments()),
             reference=None if truth is None else truth.trajectory,
             reference_name="" if truth is None else truth.words,
             states=None if truth is None else truth.reference,
-            repeat="" if file is None else repeat_command(recording.folder.name, str(file)),
+            repeat="" if file is None else pages.repeat_command(recording.folder.name, str(file)),
         )  # fmt: skip
 
 
@@ -342,10 +351,14 @@ def _files(context: Context, files: FileController, importing: ImportController)
         command("import_recording", "Make a recording of videos …", "Make a recording folder of "
                 "videos, stereo videos, or folders of images or depth maps.",
                 importing.ask_for_videos, "", "camera"),
+        Menu("&File/&Calibration", session.no_recording).command(
+            "attach_calibration", "Attach a calibration …", "Replace the cameras of the open "
+            "recording by those of a calibration file; the one before is kept beside it.",
+            partial(ask_to_attach, context)),
         command("demo", "Open and track demo", "Open four stereo views of a simulated person "
                 "with known ground truth, and track them.", files.begin_demo, icon="run-tracker"),
         command("close", "Close the recording", "Close the recording and show the welcome page. "
-                "Trials are discarded, and changes of parameters can no longer be undone.",
+                "Changes of parameters can no longer be undone.",
                 files.close_recording, "Ctrl+W", why_not=session.no_recording),
         project("copy_project", "Save a copy …", "Write the project in its present state to "
                 "another file. The project itself is always saved.",

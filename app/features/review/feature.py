@@ -4,7 +4,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import chain
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 from PySide6.QtCore import Qt
@@ -30,14 +30,16 @@ from ...session.changes import PROJECT, RECORDING, Part
 from ...session.judgement import LOST_SHARE, MEASURED_LIMBS, Judgement, measure_of, with_quality
 from ...session.runs import RunEntry
 from ...session.session import Session, Snapshot
-from ...widgets.plots.limb_plots import ErrorPlot
-from ...widgets.plots.plots import Curve, Emphasis
 from ...widgets.style.building import label
-from ...widgets.style.colours import EXTRA_COLOURS, LIMB_COLOURS, LineStyle, limb_words
+from ...widgets.style.colours import EXTRA_COLOURS, LIMB_COLOURS, Emphasis, LineStyle, limb_words
 from ...widgets.tables.failures_panel import FailuresPanel
 from ...widgets.timeline.lanes import Lane, Span
 from .remedies import RemedyController
 from .strip import FilmStrip, strip_command
+
+if TYPE_CHECKING:
+    from ...widgets.plots.limb_plots import ErrorPlot
+    from ...widgets.plots.plots import Curve
 
 _FULL_DEG = 45.0  # angle that is shown in a lane's full colour; more than this is a lost limb
 _NO_CURVES = (
@@ -51,32 +53,42 @@ class ErrorCurves:
 
     def __init__(self, context: Context) -> None:
         self._context, self._session = context, context.session
-        self.plot = ErrorPlot(
-            context.session.document.visit,
-            context.view_state.set_threshold,
-            context.docks.timeline.set_visible_range,
-        )
+        self.plot: ErrorPlot
         self._drawn: tuple[list[DrawnRun], int] = [], 0
         self._lanes_of: tuple[object, ...] = ()
         centre = Qt.AlignmentFlag.AlignCenter
         self._no_curves = label(_NO_CURVES, "muted", margins=(16, 0, 16, 0), align=centre)
         self.stack = QStackedWidget()
-        self.stack.addWidget(self.plot)
         self.stack.addWidget(self._no_curves)
         # the plot says by itself what it shows, and its height is wanted for curves
         context.docks.add("plot", "Limb errors", self.stack, titled=False)
-        timeline = context.docks.timeline
+        context.session.changes.watch(Part.RECORDING_OPENED, self._make_plot)
+
+    def _make_plot(self) -> None:
+        """Make the plot with the first recording: pyqtgraph loads as long as the whole window."""
+        if self.stack.count() > 1:
+            return
+        from ...widgets.plots.limb_plots import ErrorPlot
+
+        context, document = self._context, self._session.document
+        state, timeline = context.view_state, context.docks.timeline
+        self.plot = ErrorPlot(document.visit, state.set_threshold, timeline.set_visible_range)
+        self.stack.addWidget(self.plot)
         timeline.visible_range_changed.connect(self.plot.set_visible_range)
         timeline.margins_changed.connect(self.plot.set_margins)
         for panel in (self.plot, timeline):
             panel.hovered.connect(self.plot.set_hover)
             panel.hovered.connect(timeline.set_hover)
         self.plot.set_margins(*timeline.margins)
-        watch, state = context.session.changes.watch, context.view_state
+        watch = self._session.changes.watch
         watch(Part.SELECTION, lambda: self.plot.set_selection(state.selection))
         watch(Part.THRESHOLD, lambda: self.plot.set_threshold(state.threshold))
-        watch(Part.FRAME, lambda: self.plot.set_frame(context.session.document.frame))
-        context.show(Part.JUDGEMENT | RECORDING | PROJECT | Part.SCENARIOS, self.show)
+        watch(Part.FRAME, lambda: self.plot.set_frame(document.frame))
+        self.plot.set_threshold(state.threshold)
+        self.plot.set_frame(document.frame)
+        parts = Part.JUDGEMENT | RECORDING | PROJECT | Part.SCENARIOS
+        for show in (self.show, self._show_lanes):  # one after the other: both take their time
+            context.show(parts, show)
 
     def show(self, now: Snapshot) -> None:
         judgement, every, count = now.judgement, now.judgements, now.frame_count
@@ -93,7 +105,10 @@ class ErrorCurves:
         if (drawn, count) != self._drawn:
             self._drawn = drawn, count
             self.plot.set_curves(curves_of(drawn, count))
-        timeline, truth = self._context.docks.timeline, now.truth
+
+    def _show_lanes(self, now: Snapshot) -> None:
+        judgement, count, truth = now.judgement, now.frame_count, now.truth
+        timeline = self._context.docks.timeline
         segments = self._session.segments()
         if (judgement, count, segments, truth) != self._lanes_of:
             self._lanes_of = judgement, count, segments, truth
@@ -151,8 +166,10 @@ def _emphasis(run: RunEntry, front: RunEntry | None) -> Emphasis:
     return "usual" if front is None else "front" if run is front else "behind"
 
 
-def curves_of(runs: Iterable[DrawnRun], count: int) -> tuple[Curve, ...]:
+def curves_of(runs: Iterable[DrawnRun], count: int) -> tuple["Curve", ...]:
     """One curve per limb and run, over all `count` frames, so that it stays under the timeline."""
+    from ...widgets.plots.plots import Curve
+
     curves: list[Curve] = []
     every = np.arange(count)
     for name, style, emphasis, judgement in runs:

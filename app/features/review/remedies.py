@@ -4,8 +4,6 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import Qt
-from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QWidget
 
 from stereotrack_core.atomic import write_file
@@ -18,7 +16,7 @@ from ...session.changes import Part
 from ...session.remedies import HARMLESS, WORTH, Remedy, Tried, is_harmless
 from ...session.session import Snapshot, unless
 from ...widgets.forms.form_dialog import ask_to_save
-from ...widgets.style.building import action_button, empty_label, hbox, label, show_text, vbox
+from ...widgets.style.building import empty_label, hbox, label, offer, show_text, vbox
 from ...widgets.tables.table import RIGHT, STRETCH, Cell, CellTable, Column
 
 _NOTHING = (
@@ -68,16 +66,10 @@ class RemediesPanel(QWidget):
         self.table = CellTable("Remedies", _columns("°"), remedy_cells, least=150, single=True)
         self.table.activated.connect(lambda index: activated(index.row()))
         self._nothing = empty_label(_NOTHING)
-        self._buttons = hbox(margins=(6, 0, 6, 0))
-        parts = (self.words, (self._nothing, 1), (self.table, 1), self._buttons)
+        self.buttons = hbox(margins=(6, 0, 6, 0))
+        parts = (self.words, (self._nothing, 1), (self.table, 1), self.buttons)
         self.setLayout(vbox(*parts, margins=(0, 0, 0, 4), spacing=2))
         self.show_tried(None, "")
-
-    def set_actions(self, actions: Sequence[QAction]) -> None:
-        for action in actions:
-            style = Qt.ToolButtonStyle.ToolButtonTextOnly
-            self._buttons.addWidget(action_button(action, style))
-        self._buttons.addStretch(1)
 
     def show_tried(self, tried: Tried | None, words: str) -> None:
         """Show what was tried so far; the selected row stays the same change."""
@@ -102,10 +94,8 @@ class RemedyController:
         context.docks.add("remedies", "Remedies", self.panel)
         context.show(Part.REMEDIES | Part.TASKS, self._show, "remedies")
         context.actions.add(self._commands())
-        action = context.actions.action
-        self.panel.set_actions([
-            action(name) for name in ("find_remedy", "find_parts", "stop_remedy", "use_remedy")
-        ])  # fmt: skip
+        names = "find_remedy", "find_parts", "stop_remedy", "use_remedy"
+        offer(self.panel.buttons, map(context.actions.action, names))
 
     def _show(self, _now: Snapshot) -> None:
         self.panel.show_tried(self._state.tried, self._state.words())

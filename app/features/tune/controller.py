@@ -39,6 +39,7 @@ from ...session.session import Session, Snapshot, unless
 from ...session.tracking import Chosen
 from ...widgets.forms.form_dialog import ask_for_text, ask_to_open, ask_to_save
 from ...widgets.forms.parameter_panel import ParameterPanel
+from ...widgets.style.building import offer
 from ...widgets.tables.panels import TRIAL_TIP, TrialsPanel, number_cell
 from ...widgets.tables.table import Cell, CellRow
 
@@ -378,7 +379,7 @@ def register(context: Context) -> TuneController:
     context.actions.add(_commands(context.session, tuning))
     action = context.actions.action
     names = ("use", "run", "adopt", "dismiss")
-    tuning.panel.set_actions([action(f"trial_{name}") for name in names])
+    offer(tuning.panel.buttons, [action(f"trial_{name}") for name in names])
     names = ("save", "load", "export", "delete")
     tuning.parameters.set_menu([action(f"preset_{name}") for name in names])
     return tuning

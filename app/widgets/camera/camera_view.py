@@ -79,7 +79,6 @@ class CameraView(PictureView):
         self.crosshair: QPointF | None = None
         """Raw pixel at which a key places a landmark; None: no crosshair is shown."""
         self.label = CursorLabel(self)
-        self.painted_frame = -1
         self.setMouseTracking(True)
         self._by_keys = False
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
@@ -166,8 +165,7 @@ class CameraView(PictureView):
             painter.setPen(QPen(QColor(theme.accent), 4.0))
             painter.drawRect(self.rect())
         painter.end()
-        if self.picture is not None:
-            self.painted_frame = self.picture.frame
+        self.painted = self.picture
 
     def _paint_picture(self, painter: QPainter, transform: QTransform) -> None:
         if self.picture is None or self.picture.pixels is None:

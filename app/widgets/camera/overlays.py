@@ -9,7 +9,6 @@ from typing import TypeAlias
 
 import cv2
 import numpy as np
-import pyqtgraph
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import (
     QBrush,
@@ -338,6 +337,8 @@ def _outline(points: FloatArray) -> QPainterPath:
 def _segments_path(segments: FloatArray) -> QPainterPath:
     """Path of the segments (K, 2, 2) whose both ends are known."""
     flat = segments[np.isfinite(segments).all(axis=(1, 2))].reshape(-1, 2)
+    import pyqtgraph  # takes a third of a second; the window is there first
+
     path: QPainterPath = pyqtgraph.arrayToQPath(
         np.ascontiguousarray(flat[:, 0]), np.ascontiguousarray(flat[:, 1]), connect="pairs"
     )

@@ -94,6 +94,7 @@ class PictureView(QWidget):
         super().__init__(parent)
         self._redraw = redraw
         self.picture: Picture | None = None
+        self.painted: Picture | None = None
         self._display = Display()
         self._image: QImage | None = None
         self.zoom = 1.0
@@ -105,6 +106,11 @@ class PictureView(QWidget):
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.setMinimumSize(120, 80)
         self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
+
+    @property
+    def painted_frame(self) -> int:
+        """Number of the frame that is painted; -1 before any is."""
+        return -1 if self.painted is None else self.painted.frame
 
     def inside(self, pixel: QPointF) -> bool:
         width, height = self._size()
@@ -122,21 +128,25 @@ class PictureView(QWidget):
         """Show another picture, when it is its turn to be painted.
 
         Zoom and place are kept while its size stays the same. One that looks like that which is
-        shown is not painted again.
+        painted is not painted again; finding that out takes its time, and a turn for each view.
         """
         size_before, before = self._size(), self.picture
         self.picture = picture
-        if before is not None and self.isVisible() and picture.looks_like(before):
-            return
-        self._image = None
+        if before is None or picture.pixels is not before.pixels:
+            self._image = None
         if self._size() != size_before:
             self.fit()
             self._go_home()
-        self._keep_person()
-        self.update_soon()
+        self._redraw.soon(self._paint_other)
+
+    def _paint_other(self) -> None:
+        painted, wanted = self.painted, self.picture
+        if painted is None or wanted is None or not wanted.looks_like(painted):
+            self._keep_person()
+            self.repaint()
 
     def update_soon(self) -> None:
-        self._redraw.soon(self.update)
+        self._redraw.soon(self.repaint)
 
     def set_display(self, display: Display) -> None:
         old, self._display = self._display, display

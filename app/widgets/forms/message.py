@@ -1,5 +1,8 @@
 """Messages, and the bars below the views that show them and say what state the views are in."""
 
+from collections.abc import Callable
+from functools import partial
+
 from PySide6.QtCore import QEvent, QMargins, QObject, Qt, QTimer, Signal
 from PySide6.QtWidgets import QApplication, QPushButton, QSizePolicy, QWidget
 
@@ -75,6 +78,7 @@ class MessageBar(Raised):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__("bar", parent)
         self._messages: list[Message] = []
+        self.other_buttons: list[QPushButton] = []
         self._icon = tool_button("Message")
         self._icon.setEnabled(False)
         self._icon.setFocusPolicy(Qt.FocusPolicy.NoFocus)
@@ -86,7 +90,8 @@ class MessageBar(Raised):
         self.close_button = tool_button("Dismiss this message", "close")
         self.close_button.clicked.connect(self.dismiss)
         parts = (self._icon, (self._text, 1), self.do_button, self._more, self.close_button)
-        self.setLayout(hbox(*parts, margins=(8, 4, 8, 4)))
+        self._row = hbox(*parts, margins=(8, 4, 8, 4))
+        self.setLayout(self._row)
         self.setAccessibleName("Messages")
         self.hide()
 
@@ -121,8 +126,20 @@ class MessageBar(Raised):
     def _do(self) -> None:
         message = self.message
         if message is not None and message.do is not None:
-            self.take_back(message)
-            message.do()
+            self._act(message, message.do)
+
+    def _act(self, message: Message, do: Callable[[], None]) -> None:
+        self.take_back(message)
+        do()
+
+    def _show_others(self, message: Message) -> None:
+        for old in self.other_buttons:
+            old.hide()
+            old.deleteLater()
+        self.other_buttons = [QPushButton(words) for words, _do in message.others]
+        for button, (_words, do) in zip(self.other_buttons, message.others, strict=True):
+            button.clicked.connect(partial(self._act, message, do))
+            self._row.insertWidget(self._row.indexOf(self._more), button)
 
     def _refresh(self) -> None:
         message, waiting = self.message, len(self._messages) - 1
@@ -131,6 +148,7 @@ class MessageBar(Raised):
             self._text.setText(message.sentence())
             self.do_button.setVisible(bool(message.button))
             self.do_button.setText(message.button)
+            self._show_others(message)
             self._more.setText(f"and {waiting} more" if waiting else "")
             self._icon.setIcon(icon_named(_ICONS[message.severity]))
             set_look(self, "edge", message.severity)

@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from html import escape
-from typing import Any, Literal, TypeAlias
+from typing import Any
 
 import numpy as np
 import pyqtgraph as pg
@@ -20,6 +20,7 @@ from ..style.building import shortened, vbox
 from ..style.colours import (
     EXTRA_COLOURS,
     PEN_STYLES,
+    Emphasis,
     LineStyle,
     brief_limb_words,
     limb_words,
@@ -33,6 +34,8 @@ _THICK, _FAINT = 2.5, 120
 
 def new_plot(parent: QWidget | None = None) -> pg.PlotWidget:
     """Make a plot without buttons and menu of its own."""
+    theme = current_theme()
+    pg.setConfigOptions(background=theme.plot_background, foreground=theme.muted, antialias=True)
     plot = pg.PlotWidget(parent, enableMenu=False)
     for part in (plot, plot.viewport()):  # no key means anything to them
         part.setFocusPolicy(Qt.FocusPolicy.NoFocus)
@@ -66,10 +69,6 @@ _SWATCH = QSize(14, 14)
 _GAP, _LEFT, _RIGHT, _ABOVE = 2, 4, 8, 2
 _MOST_LETTERS = 24
 _BESIDE = 40  # pixels that a switch has beside its words: colour, padding, distance
-
-
-Emphasis: TypeAlias = Literal["usual", "front", "behind"]
-"""Whether curves stand out before others, which then step back."""
 
 
 def pen_of(colour: str, style: LineStyle, emphasis: Emphasis) -> QPen:

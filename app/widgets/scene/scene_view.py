@@ -26,7 +26,7 @@ from PySide6.QtWidgets import QApplication, QWidget
 
 from stereotrack_core.arrays import FloatArray
 
-from ..redraw import later, takes_key
+from ..redraw import RedrawQueue, later, takes_key
 from ..style.building import action_button, hbox, label, menu_of, tool_button
 from ..style.theme import Theme, current_theme
 from .content import LAYERS, NORTH_TIP, Orbit, PointLegend, SceneContent, orbit_around
@@ -95,9 +95,11 @@ class SceneView(QWidget):
     person clicks.
     """
 
-    def __init__(self, choose_limb: Callable[[str], object]) -> None:
+    def __init__(
+        self, choose_limb: Callable[[str], object], redraw: RedrawQueue | None = None
+    ) -> None:
         super().__init__()
-        self._choose_limb = choose_limb
+        self._choose_limb, self._redraw = choose_limb, redraw or RedrawQueue(self)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
         self.setMinimumSize(160, 120)
@@ -120,6 +122,7 @@ class SceneView(QWidget):
         self._press: QPointF | None = None
         self._last = QPointF()
         self._dragged, self._turning = False, True
+        self._still = _REST_MS
         self._rest = later(self, self.update)
         self.destroyed.connect(partial(_close_renderer, self.__dict__))
 
@@ -177,9 +180,27 @@ class SceneView(QWidget):
         return orbit_around(np.vstack([*held, self.content.body_points()]), view, aspect)
 
     def _changed(self, *, content: bool = False) -> None:
-        self._content_changed |= content
         self._image = None
-        self.update()
+        if content:
+            self._content_changed, self._still = True, _STILL_MS
+            self._redraw.soon(self._prepare)
+        else:
+            self.update()
+
+    def _prepare(self) -> None:
+        """Hand the content to the renderer; paint it when it is its turn again."""
+        renderer = self._renderer_or_none() if self._content_changed and self.is_seen() else None
+        if renderer is None:
+            self.repaint()
+        else:
+            self._hand_over(renderer)
+            self._redraw.soon(self._prepare)
+
+    def _hand_over(self, renderer: SceneRenderer) -> None:
+        if self._content_changed:
+            scale = self.devicePixelRatioF()
+            renderer.set_content(self.content, self._layers, current_theme(), scale)
+            self._content_changed = False
 
     def at_rest(self) -> bool:
         """Whether the picture is as good as it gets, or none can be made or seen."""
@@ -207,12 +228,8 @@ class SceneView(QWidget):
         renderer = self._renderer_or_none()
         if renderer is None:
             return False
-        scale = self.devicePixelRatioF()
-        still = _STILL_MS if self._content_changed else _REST_MS
-        if self._content_changed:
-            renderer.set_content(self.content, self._layers, current_theme(), scale)
-            self._content_changed = False
-        scale *= 1.0 if fine else 0.5 ** (0.5 * self._halved)
+        self._hand_over(renderer)
+        scale = self.devicePixelRatioF() * (1.0 if fine else 0.5 ** (0.5 * self._halved))
         size = max(1, round(self.width() * scale)), max(1, round(self.height() * scale))
         begun = time.perf_counter()
         self._image = renderer.picture(*size, self.orbit, fine=fine)
@@ -221,7 +238,8 @@ class SceneView(QWidget):
         if not fine:  # what moves has as many pixels as can be rendered in time
             share = max(time.perf_counter() - begun, 1e-4) / _COARSE_SECONDS
             self._halved = min(max(self._halved + round(np.log2(share)), 0), _COARSEST)
-            self._rest.start(max(still, self._rest.remainingTime()))
+            self._rest.start(max(self._still, self._rest.remainingTime()))
+            self._still = _REST_MS
         return True
 
     def _renderer_or_none(self) -> SceneRenderer | None:

@@ -178,6 +178,13 @@ def action_button(
     return button
 
 
+def offer(row: QHBoxLayout, actions: Iterable[QAction]) -> None:
+    """Put a button with its text into a row for each of these commands."""
+    for action in actions:
+        row.addWidget(action_button(action, Qt.ToolButtonStyle.ToolButtonTextOnly))
+    row.addStretch(1)
+
+
 def menu_of(button: QToolButton) -> QMenu:
     """Make the menu that a button opens at once."""
     menu = QMenu(button)

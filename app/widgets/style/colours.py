@@ -12,6 +12,8 @@ from stereotrack_core.evaluation.limbs import LIMB_COLOURS
 
 from .theme import drawn_pixmap
 
+Emphasis: TypeAlias = Literal["usual", "front", "behind"]
+"""Whether curves stand out before others, which then step back."""
 LineStyle: TypeAlias = Literal["solid", "dash", "dot", "dashdot", "reference"]
 
 PEN_STYLES: dict[LineStyle, Qt.PenStyle] = {

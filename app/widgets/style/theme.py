@@ -8,7 +8,6 @@ from pathlib import Path
 from string import Template
 from typing import Literal, TypeAlias
 
-import pyqtgraph
 from PySide6.QtCore import QByteArray, QEvent, QRect, QSize, Qt
 from PySide6.QtGui import (
     QColor,
@@ -26,6 +25,7 @@ from PySide6.QtWidgets import QApplication, QWidget
 _APP = Path(__file__).resolve().parents[2]
 
 
+@cache
 def data_folder(name: str) -> Path:
     """Folder of data files: ``resources``, or the pages of the user guide in ``docs``.
 
@@ -201,9 +201,6 @@ def _show(app: QApplication, theme: Theme) -> None:
     if not app.property(_STYLED):  # the style of a style sheet hides what it is built on
         app.setStyle("Fusion")
         app.setProperty(_STYLED, True)
-    pyqtgraph.setConfigOptions(
-        background=theme.plot_background, foreground=theme.muted, antialias=True
-    )
     # the other way round widgets that are there already keep the old palette
     app.setPalette(palette(theme))
     app.setStyleSheet(_style_sheet(theme))

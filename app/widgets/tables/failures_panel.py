@@ -15,7 +15,7 @@ from stereotrack_core.evaluation.failure_segments.segment import (
 )
 
 from ..forms.form_dialog import line_edit
-from ..style.building import action_button, hbox, label, parameter_links, show_text, vbox
+from ..style.building import hbox, label, offer, parameter_links, show_text, vbox
 from ..style.colours import LIMB_COLOURS
 from .table import RIGHT, STRETCH, Cell, CellTable, Column
 
@@ -115,10 +115,7 @@ class FailuresPanel(QWidget):
 
     def set_actions(self, actions: Sequence[QAction], buttons: Sequence[QAction]) -> None:
         """Offer commands in the list's context menu, some of them by buttons as well."""
-        for action in buttons:
-            button = action_button(action, Qt.ToolButtonStyle.ToolButtonTextOnly)
-            self._buttons.addWidget(button)
-        self._buttons.addStretch(1)
+        offer(self._buttons, buttons)
         self.tree.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
         self.tree.addActions(actions)
 

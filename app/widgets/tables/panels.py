@@ -208,8 +208,8 @@ class TrialsPanel(QWidget):
         self.table.selectionModel().selectionChanged.connect(lambda: chosen(self.row))
         self._nothing = empty_label(_NOTHING)
         self._colours = label(_COLOURS_WORDS, "muted", margins=(8, 2, 8, 2))
-        self._buttons = hbox(margins=(6, 0, 6, 0))
-        below = ((self._nothing, 1), (self.table, 1), self._colours, self._buttons)
+        self.buttons = hbox(margins=(6, 0, 6, 0))
+        below = ((self._nothing, 1), (self.table, 1), self._colours, self.buttons)
         head = (self.words, self.stretch_words, self.limits, self.progress)
         self.setLayout(vbox(*head, *below, margins=(0, 0, 0, 4), spacing=2))
         self.show_progress(0, 0)
@@ -218,12 +218,6 @@ class TrialsPanel(QWidget):
     @property
     def row(self) -> int:
         return next(iter(self.table.selected()), -1)
-
-    def set_actions(self, actions: Sequence[QAction]) -> None:
-        for action in actions:
-            style = Qt.ToolButtonStyle.ToolButtonTextOnly
-            self._buttons.addWidget(action_button(action, style))
-        self._buttons.addStretch(1)
 
     def show_words(self, words: str, stretch: str, limits: str) -> None:
         """Say what is being done or would be, on which frames, and what besides it differs."""

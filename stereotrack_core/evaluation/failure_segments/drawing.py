@@ -96,6 +96,21 @@ def draw_reference(
                 cv2.line(picture, start.tolist(), end.tolist(), colour, width, cv2.LINE_AA, _SHIFT)
 
 
+def plain_picture(images: FrameSet, view: View, window: Window) -> ImageArray:
+    """A part of a view's picture of a frame, grey where there is none."""
+    seen = images.views.get(view.name)
+    if seen is not None:
+        return window.cut(seen.image)
+    return np.full((window.height, window.width, 3), 60, dtype=np.uint8)
+
+
+def body_at(run: Run, frame: int) -> list[PartMesh]:
+    """The surface of a run's body in a frame; empty where it has no pose."""
+    rows = np.flatnonzero(run.frame == frame)
+    pose = pose_of_run(run, int(rows[0])) if len(rows) else None
+    return [] if pose is None else list(body_mesh(body_of_run(run), pose))
+
+
 def best_view(
     recording: Recording, run: Run, frames: Sequence[int], limbs: Sequence[str] = ()
 ) -> str:
@@ -141,16 +156,9 @@ class Shown:
         self, images: FrameSet, view: View, window: Window
     ) -> tuple[ImageArray, ImageArray]:
         """A view of a frame, upright: as it is, or grey, and with body and reference."""
-        camera, seen = self.recording.reference_camera(view), images.views.get(view.name)
-        plain = np.full((window.height, window.width, 3), 60, dtype=np.uint8)
-        if seen is not None:
-            plain = window.cut(seen.image)
+        camera, plain = self.recording.reference_camera(view), plain_picture(images, view, window)
         drawn = plain.copy()
-        rows = np.flatnonzero(self.run.frame == images.index)
-        pose = pose_of_run(self.run, int(rows[0])) if len(rows) else None
-        if pose is not None:
-            meshes = body_mesh(body_of_run(self.run), pose)
-            draw_body(drawn, camera, window, meshes, thick=self.limbs)
+        draw_body(drawn, camera, window, body_at(self.run, images.index), thick=self.limbs)
         if self.reference is not None:
             truth = points_at(self.reference, np.array([images.index]))[0]
             draw_reference(drawn, camera, window, truth)

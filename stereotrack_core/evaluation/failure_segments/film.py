@@ -7,11 +7,13 @@ import numpy as np
 
 from stereotrack_core.arrays import FloatArray, ImageArray
 from stereotrack_core.body.limbs import LIMB_ENDS
-from stereotrack_core.body.mesh import PartMesh, body_mesh
+from stereotrack_core.body.mesh import PartMesh
 from stereotrack_core.evaluation.failure_segments.drawing import (
     Window,
+    body_at,
     draw_body,
     draw_reference,
+    plain_picture,
 )
 from stereotrack_core.evaluation.failure_segments.segment import FailureSegment
 from stereotrack_core.evaluation.summary import points_at
@@ -20,7 +22,6 @@ from stereotrack_core.recording.description import Recording, View
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 from stereotrack_core.recording.reader import FrameReader, FrameSet
 from stereotrack_core.tracking.frame import Run
-from stereotrack_core.tracking.stored import body_of_run, pose_of_run
 
 CELL = 200  # pixels of a cell's sides
 _COLUMNS = 5
@@ -82,7 +83,7 @@ class Film:
         windows = {view.name: self._window(view) for view in self.recording.views}
         found: dict[str, list[FilmCell]] = {view.name: [] for view in self.recording.views}
         for frame in self.frames:
-            images, bodies = reader.frame_set(frame), [self._body(run, frame) for run in self.runs]
+            images, bodies = reader.frame_set(frame), [body_at(run, frame) for run in self.runs]
             for view in self.recording.views:
                 window = windows[view.name]
                 pictures = self._pictures(images, view, window, bodies)
@@ -93,18 +94,10 @@ class Film:
                 found[view.name].append(cell)
         return tuple(cell for row in found.values() for cell in row)
 
-    def _body(self, run: Run, frame: int) -> list[PartMesh]:
-        rows = np.flatnonzero(run.frame == frame)
-        pose = pose_of_run(run, int(rows[0])) if len(rows) else None
-        return [] if pose is None else list(body_mesh(body_of_run(run), pose))
-
     def _pictures(
         self, images: FrameSet, view: View, window: Window, bodies: Sequence[Sequence[PartMesh]]
     ) -> list[ImageArray]:
-        camera, seen = self.recording.reference_camera(view), images.views.get(view.name)
-        plain = np.full((window.height, window.width, 3), 60, dtype=np.uint8)
-        if seen is not None:
-            plain = window.cut(seen.image)
+        camera, plain = self.recording.reference_camera(view), plain_picture(images, view, window)
         drawn = [plain.copy() for _ in bodies]
         for picture, meshes in zip(drawn, bodies, strict=True):
             draw_body(picture, camera, window, meshes, thick=self.limbs)

@@ -7,20 +7,8 @@ import numpy as np
 
 from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.body.limbs import LIMBS
-from stereotrack_core.evaluation.failure_segments.causes import (
-    geometry_evidence,
-    look_evidence,
-    verdict_of,
-    whereabouts,
-)
+from stereotrack_core.evaluation.failure_segments import causes, segment
 from stereotrack_core.evaluation.failure_segments.looks import Looker
-from stereotrack_core.evaluation.failure_segments.segment import (
-    FailureRules,
-    FailureSegment,
-    failures_by_error,
-    failures_by_signs,
-    lost_chances,
-)
 from stereotrack_core.evaluation.summary import at_frames, errors_against
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
@@ -41,13 +29,13 @@ class FailureSearch:
     fps: float  # frame sets per second
     reference: LandmarkTrajectory | None = None  # truth; without it the run's own signs judge
     recording: Recording | None = None  # its clouds tell more about causes
-    rules: FailureRules = field(default_factory=FailureRules)
+    rules: segment.FailureRules = field(default_factory=segment.FailureRules)
     pictures: bool = True  # whether clouds are made again for causes
 
 
 def failures(
     run: Run, *, recording: Recording | None = None, reference: LandmarkTrajectory | None = None
-) -> tuple[FailureSegment, ...]:
+) -> tuple[segment.FailureSegment, ...]:
     """The stretches in which a run fails, with their probable causes.
 
     Images of the run's `recording` tell more about causes. A `reference` is taken as truth; without
@@ -63,23 +51,25 @@ def failures(
     return find_failures(FailureSearch(run, fps, reference, recording))
 
 
-def find_failures(search: FailureSearch, work: Work = NO_WORK) -> tuple[FailureSegment, ...]:
+def find_failures(
+    search: FailureSearch, work: Work = NO_WORK
+) -> tuple[segment.FailureSegment, ...]:
     """Failures by error and by the run's own signs, with causes. Raises Cancelled, InputError."""
     return explained(search, stretches_of(search), work)
 
 
-def stretches_of(search: FailureSearch) -> tuple[FailureSegment, ...]:
+def stretches_of(search: FailureSearch) -> tuple[segment.FailureSegment, ...]:
     """The failures without their causes; a matter of milliseconds."""
     run, reference = search.run, search.reference
     if not len(run.frame):
         return ()
-    found = failures_by_signs(run, search.fps, search.rules)
-    chance = run.frame, lost_chances(run, search.fps)
+    found = segment.failures_by_signs(run, search.fps, search.rules)
+    chance = run.frame, segment.lost_chances(run, search.fps)
     degrees = run.frame[:0], np.empty((0, len(LIMBS)))
     if reference is not None:
         errors = errors_against(run.trajectory(), at_frames(reference, run.frame))
         degrees = errors.frame, np.degrees([errors.of_limb(limb) for limb in LIMBS]).T
-        found = (*found, *failures_by_error(errors, search.fps, search.rules))
+        found = (*found, *segment.failures_by_error(errors, search.fps, search.rules))
     found = tuple(
         replace(one, error_deg=_largest(one, *degrees), chance=_largest(one, *chance))
         for one in found
@@ -87,7 +77,7 @@ def stretches_of(search: FailureSearch) -> tuple[FailureSegment, ...]:
     return tuple(sorted(found, key=lambda e: (e.first, e.last, e.found, e.limbs)))
 
 
-def _largest(failure: FailureSegment, frame: IntArray, values: FloatArray) -> float | None:
+def _largest(failure: segment.FailureSegment, frame: IntArray, values: FloatArray) -> float | None:
     """Largest value (F, 6) of a failure's limbs in its frames, None where none is known."""
     inside = (frame >= failure.first) & (frame <= failure.last)
     own = values[inside][:, [LIMBS.index(limb) for limb in failure.limbs]]
@@ -95,7 +85,7 @@ def _largest(failure: FailureSegment, frame: IntArray, values: FloatArray) -> fl
 
 
 def good_stretches(
-    search: FailureSearch, failures: Sequence[FailureSegment], count: int, seconds: float
+    search: FailureSearch, failures: Sequence[segment.FailureSegment], count: int, seconds: float
 ) -> list[range]:
     """Up to `count` stretches of so many seconds, spread over what is away from all failures."""
     length, free = max(1, round(seconds * search.fps)), set(_free(search, failures).tolist())
@@ -108,14 +98,14 @@ def good_stretches(
 
 
 def explained(
-    search: FailureSearch, failures: Sequence[FailureSegment], work: Work = NO_WORK
-) -> tuple[FailureSegment, ...]:
+    search: FailureSearch, failures: Sequence[segment.FailureSegment], work: Work = NO_WORK
+) -> tuple[segment.FailureSegment, ...]:
     """Failures with probable causes, by clouds of six frames of each and of ten usual ones."""
     places = {
-        "truth": whereabouts(search.run, search.fps, search.reference),
-        "signs": whereabouts(search.run, search.fps, None),
+        "truth": causes.whereabouts(search.run, search.fps, search.reference),
+        "signs": causes.whereabouts(search.run, search.fps, None),
     }
-    evidence = [geometry_evidence(one, places[one.found]) for one in failures]
+    evidence = [causes.geometry_evidence(one, places[one.found]) for one in failures]
     recording = search.recording
     if failures and search.pictures and recording is not None and gives_depth(recording):
         asked = [(_spread(_free(search, failures), _USUAL), places["signs"])]
@@ -131,13 +121,14 @@ def explained(
                 looks.append(looker.looks(frames, points, part))
                 done += len(frames)
         for one, told, seen in zip(failures, evidence, looks[1:], strict=True):
-            told += look_evidence(one, looker.view_names, seen, looks[0])
+            told += causes.look_evidence(one, looker.view_names, seen, looks[0])
     return tuple(
-        replace(one, verdict=verdict_of(told)) for one, told in zip(failures, evidence, strict=True)
+        replace(one, verdict=causes.verdict_of(told))
+        for one, told in zip(failures, evidence, strict=True)
     )
 
 
-def _free(search: FailureSearch, failures: Sequence[FailureSegment]) -> IntArray:
+def _free(search: FailureSearch, failures: Sequence[segment.FailureSegment]) -> IntArray:
     """Tracked frames that are away from all failures."""
     apart = round(_APART * search.fps)
     frame = search.run.frame[search.run.tracked]

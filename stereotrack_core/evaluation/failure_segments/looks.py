@@ -21,7 +21,7 @@ from stereotrack_core.geometry.triangulation import segment_distance
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.recording.selection import usable_views
-from stereotrack_core.tracking.clouds import read_cloud
+from stereotrack_core.tracking.clouds import CloudSource
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.stored import body_of_run, pose_of_run
 from stereotrack_core.work import NO_WORK, Work
@@ -89,7 +89,7 @@ class Looker:
         found = []
         for i, frame in enumerate(frames):
             work.step(i / len(frames), "analysing frames")
-            cloud, _ = read_cloud(self._chain, self._reader, int(frame))
+            cloud, _ = CloudSource(self._chain, self._reader).take(int(frame))
             found.append(self._look(cloud, points[i]))
         return found
 

@@ -16,12 +16,7 @@ from stereotrack_core.compiled import compiled
 from stereotrack_core.experiments.baselines.estimators import RANDOM
 from stereotrack_core.tracking.correction import Residual
 from stereotrack_core.tracking.measurements import Measurements
-from stereotrack_core.tracking.residuals.limits import (
-    LEAST_ELBOW_ANGLE,
-    limit_rows,
-    off_rest,
-    resting,
-)
+from stereotrack_core.tracking.residuals import limits
 from stereotrack_core.tracking.residuals.surface import FIRST_LOSS
 from stereotrack_core.tracking.state import Belief, Particles, Setup, State, elapsed
 
@@ -77,7 +72,7 @@ def _scattered(
 ) -> FloatArray:
     """Particles (K, n) as displacements of the predicted pose, before the first layer."""
     P0, joints = predicted.P, setup.joints
-    if last is None or _apart(predicted.pose, last.pose, joints) > _ELSEWHERE:
+    if last is None or np.linalg.norm(difference(predicted.pose, last.pose, joints)) > _ELSEWHERE:
         drawn = rng.normal(size=(PARTICLES, len(P0)))
         result: FloatArray = drawn @ np.linalg.cholesky(P0).T
         return result
@@ -97,11 +92,6 @@ def _chains(setup: Setup) -> list[IntArray]:
         at = int(setup.columns.first[joint])
         chains.setdefault(root, []).extend((at, at + 1))
     return [np.array(columns) for columns in chains.values()]
-
-
-def _apart(a: Pose, b: Pose, joints: tuple[int, ...]) -> float:
-    """Length of the error state between two poses."""
-    return float(np.linalg.norm(difference(a, b, joints)))
 
 
 def _limbs_exchanged(
@@ -175,10 +165,10 @@ def energies(
     for residual in beside:
         nu = residual.measured - residual.predicted(frames)
         result += 0.5 * np.sum(nu**2 / residual.variance, axis=1)
-    off, variance = off_rest(resting(joints), poses.rotations)
+    off, variance = limits.off_rest(limits.resting(joints), poses.rotations)
     result += 0.5 * np.sum(off**2 / variance, axis=1)
     for k in np.flatnonzero(_suspected(setup, frames, placed, poses)).tolist():
-        rows = limit_rows(body, poses[k], p, joints)
+        rows = limits.limit_rows(body, poses[k], p, joints)
         rows = rows[rows["kind"] != REST_ROW]
         result[k] += 0.5 * float(np.sum(rows["innovation"] ** 2 / rows["variance"]))
     return result
@@ -188,7 +178,7 @@ def _suspected(setup: Setup, frames: PartFrames, placed: PlacedCones, poses: Pos
     """Poses (K,) whose elbows may be folded too far, or whose forearms are at the torso."""
     arms, clearance = list(FOREARMS), setup.parameters.clearance
     straight = poses.rotations[:, arms][:, :, 2, 2].min(axis=1)
-    folded = straight < -np.cos(LEAST_ELBOW_ANGLE)
+    folded = straight < -np.cos(limits.LEAST_ELBOW_ANGLE)
     if clearance <= 0.0:
         return np.asarray(folded)
     along = frames.rotations[:, arms][..., 2] * setup.body.skeleton.lengths[arms][:, None]

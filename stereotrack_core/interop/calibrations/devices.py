@@ -258,7 +258,6 @@ def _calibration(
 
 
 def _second_from_first(pair: Mapping[str, Any], where: str) -> tuple[Any, Any]:
-    """Rotation and translation of the second camera."""
     pose = pair.get("PoseCamera2")
     if not isinstance(pose, Mapping):
         turned = foreign.rotation_of(

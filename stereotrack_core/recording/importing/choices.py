@@ -7,32 +7,16 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal, Protocol, TypeAlias
-
-from numpy.typing import NDArray
+from typing import Literal, TypeAlias
 
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
-from stereotrack_core.recording.images import Keep
 
 SourceKind: TypeAlias = Literal["video", "images", "depth"]
 
 AGAIN = "Use another copy of the file."
 
 METRIC_UNIT = 0.0005  # metres per count of depth maps that were floating-point metres: up to 32 m
-
-
-class Pictures(Protocol):
-    """Pictures of a source by number; used by one thread at a time."""
-
-    def count(self) -> int:
-        """Number of frames."""
-
-    def read(self, k: int, keep: Keep) -> NDArray[Any]:
-        """Picture of frame k; DamagedFrame where there is none."""
-
-    def close(self) -> None:
-        """Close what is open."""
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.reading import open_file
 from stereotrack_core.recording.images import WHITEST, DamagedFrame, brightness_of, read_image
 from stereotrack_core.recording.importing import readers
-from stereotrack_core.recording.importing.choices import Pictures, Use, cameras_of, size_of
+from stereotrack_core.recording.importing.choices import Use, cameras_of, size_of
 from stereotrack_core.recording.importing.sources import look_at
 from stereotrack_core.recording.stream_files import is_image
 from stereotrack_core.recording.writing import VideoWriter, remuxed, write_png
@@ -184,7 +184,7 @@ def _converted(one: StreamFiles, target: Path, fps: float) -> Iterator[float]:
 
 
 def _as_video(
-    one: StreamFiles, reader: Pictures, target: Path, fps: float, count: int
+    one: StreamFiles, reader: readers.Pictures, target: Path, fps: float, count: int
 ) -> Iterator[float]:
     width, height = size_of(one.use)
     first = _picture(reader, 0, one.use.source.path)
@@ -194,7 +194,7 @@ def _as_video(
             yield (k + 1) / count
 
 
-def _picture(reader: Pictures, k: int, path: Path) -> NDArray[Any]:
+def _picture(reader: readers.Pictures, k: int, path: Path) -> NDArray[Any]:
     try:
         return reader.read(k, lambda _number, _picture: None)
     except DamagedFrame as problem:

@@ -65,7 +65,6 @@ def make_recording(choices: Choices, folder: Path, work: Work = NO_WORK) -> Reco
 
 
 def _keeps_calibration(choices: Choices, folder: Path) -> bool:
-    """Whether the calibration lies in the folder already."""
     given, own = choices.calibration, folder / _CALIBRATION
     if choices.given is not None:
         return False

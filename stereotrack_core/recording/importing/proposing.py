@@ -86,7 +86,6 @@ def possible_units(source: Source) -> tuple[tuple[float, float], ...]:
 
 
 def _by_itself(source: Source) -> Use:
-    """Role of a source by its own name and size."""
     words = [word for word in re.split(r"[_\-. ]+", source.name) if word]
     for place, word in enumerate(words):
         rest = "_".join(words[:place] + words[place + 1 :])

@@ -11,7 +11,7 @@ from contextlib import closing, suppress
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import av
 import cv2
@@ -22,9 +22,12 @@ from stereotrack_core.arrays import FloatArray, ImageArray
 from stereotrack_core.errors import InputError
 from stereotrack_core.reading import open_file
 from stereotrack_core.recording import images
-from stereotrack_core.recording.importing.choices import AGAIN, Choices, Pictures, Source
-from stereotrack_core.recording.stream_files import no_video
+from stereotrack_core.recording.importing.choices import AGAIN, Choices, Source
+from stereotrack_core.recording.stream_files import StreamSource, no_video
 from stereotrack_core.recording.video import FrameTimes, VideoStream, open_container, video_stream
+
+Pictures: TypeAlias = "StreamSource | EightBit | Picked"
+"""Pictures of a source by number; used by one thread at a time."""
 
 _NEAR_GREY, _FAR_GREY = 255.0, 40.0
 
@@ -95,7 +98,8 @@ class EightBit:
 
     def __init__(self, reader: Pictures, white: int, *, grey: bool) -> None:
         self._reader, self._white, self._grey = reader, white or images.WHITEST, grey
-        self.count, self.close = reader.count, reader.close
+        self.count: Callable[[], int] = reader.count
+        self.close: Callable[[], None] = reader.close
 
     def read(self, k: int, keep: images.Keep) -> NDArray[Any]:  # noqa: ARG002 - those have other values
         """Picture of frame k."""

@@ -158,15 +158,6 @@ def _hands_at(shape: ArmShape, targets: FloatArray, swivels: int, rng: np.random
     return Arms(upper, directions(fore))
 
 
-def _elbows_at(shape: ArmShape, targets: FloatArray, rng: np.random.Generator) -> Arms:
-    """Arms whose upper arm points to the targets (K, 3); forearms are bent at random."""
-    upper = directions(targets - shape.shoulder)
-    bend = rng.uniform(0.0, np.radians(130.0), len(upper))
-    across = _perpendicular(upper, rng)
-    fore = np.cos(bend)[:, None] * upper + np.sin(bend)[:, None] * across
-    return Arms(upper, fore)
-
-
 def proposals(
     shape: ArmShape,
     predicted: Arms,
@@ -194,7 +185,12 @@ def proposals(
     targets = unexplained[offset < shape.reach]
     if len(targets):
         picked = targets[rng.integers(0, len(targets), max(1, count // 8))]
-        sets += [_hands_at(shape, picked, 2, rng), _elbows_at(shape, picked, rng)]
+        hands = _hands_at(shape, picked, 2, rng)
+        # Upper arms that point to the data; forearms are bent at random.
+        upper = directions(picked - shape.shoulder)
+        bend = rng.uniform(0.0, np.radians(130.0), len(upper))[:, None]
+        across = _perpendicular(upper, rng)
+        sets += [hands, Arms(upper, np.cos(bend) * upper + np.sin(bend) * across)]
     return joined(*sets)
 
 

@@ -144,9 +144,10 @@ def _near_at(im: Any, column: float, line: float) -> Any:
     t = min(1.0, max(0.0, (u * bx + v * by) / max(bx * bx + by * by, 1e-9)))
     r = im[2] + t * (im[7] - im[2])
     x, y = u - t * bx, v - t * by
-    across = (x * x + y * y) / (r * r)
-    if not across < 1.0:
+    away, squared_radius = x * x + y * y, r * r
+    if not away < squared_radius:
         return 0.0
+    across = away / squared_radius
     axis, bulge = im[3] + t * (im[8] - im[3]), im[4] + t * (im[9] - im[4])
     return 1.0 / (1.0 / axis - bulge * math.sqrt(1.0 - across))
 
@@ -207,14 +208,15 @@ def _disagreements(
     other = np.empty((right.shape[0], height, width), np.float32)
     one_costs = _draw_with(behind, left, seen, squared_sigma, one)
     other_costs = _draw_with(behind, right, seen, squared_sigma, other)
-    # A pixel shows the nearer arm, so that each pair's pixels are taken from those of both.
+    # A pixel shows the nearer arm, so that each pair takes pixels of both. The pairs of an arm are
+    # summed up side by side, which the processor does for several at once.
+    other = np.ascontiguousarray(other.transpose(1, 2, 0))
+    other_costs = np.ascontiguousarray(other_costs.transpose(1, 2, 0))
+    out_pixels[:] = 0.0
     for k in range(left.shape[0]):
-        for m in range(right.shape[0]):
-            total = 0.0
-            for i in range(height):
-                for j in range(width):
-                    if one[k, i, j] >= other[m, i, j]:
-                        total += one_costs[k, i, j]
-                    else:
-                        total += other_costs[m, i, j]
-            out_pixels[k, m] = total
+        for i in range(height):
+            for j in range(width):
+                near, cost = one[k, i, j], one_costs[k, i, j]
+                for m in range(right.shape[0]):
+                    nearer = near >= other[i, j, m]
+                    out_pixels[k, m] += cost if nearer else other_costs[i, j, m]

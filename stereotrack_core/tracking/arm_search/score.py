@@ -82,7 +82,7 @@ def crossing_cost(left: Any, right: Any, least: float) -> Any:
     return cost
 
 
-@compiled(error_model="numpy")
+@compiled()
 def arm_distances(points: Any, nodes: Any, radii: Any) -> Any:
     """Unsigned distances (K, N) of points (3, N) from the surfaces of arms (K, 4, 3)."""
     result = np.full((nodes.shape[0], points.shape[1]), math.inf)
@@ -134,7 +134,7 @@ def _explained(others: Any, own: Any, squared_scale: float, near: Any, costs: An
             near[k, i], costs[k, i] = d, d * d / (d * d + squared_scale)
 
 
-@compiled(error_model="numpy")
+@compiled()
 def _anatomy_costs(
     upper: Any, fore: Any, mirrored: float, places: Any, torso: Any, result: Any
 ) -> None:

@@ -52,7 +52,12 @@ def elsewhere(cloud: Cloud, body: BodyModel, pose: Pose, own: FloatArray) -> Flo
         upper, fore = present.upper[0], present.fore[0]
         turned = _around(upper)
         still = np.broadcast_to(upper, turned.shape)
-        of_upper = Arms(turned, _carried(upper, turned, fore))
+        # The forearm turns with the upper arm, as the smallest rotations do that turn that.
+        across = skew(np.cross(upper, turned))
+        once = across @ fore
+        twice = np.einsum("kij,kj->ki", across, once)
+        carried = np.asarray(fore + once + twice / (1.0 + turned @ upper)[:, None])
+        of_upper = Arms(turned, carried)
         every = joined(present, of_upper, Arms(still, _around(fore)))
         cost = anatomy_cost(body, shape, every)
         allowed = np.flatnonzero(cost < cost[0] + _ALLOWED)[1:]
@@ -91,11 +96,3 @@ def _around(direction: FloatArray) -> FloatArray:
     aside /= np.linalg.norm(aside)
     other = np.cross(direction, aside)
     return np.asarray(_ALONG * direction + _OUT * (_COSINE * aside + _SINE * other))
-
-
-def _carried(a: FloatArray, b: FloatArray, vector: FloatArray) -> FloatArray:
-    """Turn a vector (3,) as the smallest rotations turn a (3,) to b (K, 3), none opposite."""
-    across = skew(np.cross(a, b))
-    once = across @ vector
-    twice = np.einsum("kij,kj->ki", across, once)
-    return np.asarray(vector + once + twice / (1.0 + b @ a)[:, None])

@@ -128,7 +128,10 @@ def limb_features(
     pictures = seen_pictures(cloud, _STEP)
     if not pictures:
         return None
-    frames, own = body.frames(pose), _own_areas(body)
+    # Areas (6,) of the limbs, seen from the side, in square metres.
+    sides = (body.cones["r1"] + body.cones["r2"]) * body.cones["height"]
+    sums = np.bincount(LIMB_OF_PART[body.cones["part"]], sides, len(LIMBS) + 1)[:-1]
+    frames, own = body.frames(pose), np.maximum(sums.astype(np.float64), 1e-3)
     looks, unexplained = _looks(body, frames, pictures)
     limbs = looks[:, : len(LIMBS)]
     areas = np.array([picture.area(frames.origins[TORSO]) for picture in pictures])
@@ -163,14 +166,6 @@ def unexpected(movement: FloatArray, prior: Prior | None, joints: tuple[int, ...
 
 
 NEIGHBOUR = (0, 0, 4, 5, 2, 3)  # the limb whose place says something about each limb's own
-
-
-def _own_areas(body: BodyModel) -> FloatArray:
-    """Areas (6,) of the limbs, seen from the side, in square metres."""
-    cones = body.cones
-    area = (cones["r1"] + cones["r2"]) * cones["height"]
-    sums = np.bincount(LIMB_OF_PART[cones["part"]], area, len(LIMBS) + 1)[:-1]
-    return np.maximum(sums.astype(np.float64), 1e-3)
 
 
 def _looks(

@@ -1,7 +1,6 @@
 """What has to be known before the first frame, found in the first clouds: pose and shape."""
 
 from collections.abc import Callable, Sequence
-from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -9,12 +8,9 @@ import numpy as np
 
 from stereotrack_core.body.parameters import BodyShape
 from stereotrack_core.body.pose import Pose
-from stereotrack_core.depth.chain import DepthChain
+from stereotrack_core.depth.chain import OnPart
 from stereotrack_core.depth.cloud import Cloud
-from stereotrack_core.depth.parameters import DepthParameters
-from stereotrack_core.depth.volume import settled
 from stereotrack_core.geometry.upright import Z_UP, Upright
-from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.tracking.estimate import Estimate
 from stereotrack_core.tracking.initialise.finder import PoseFinder, differ, trunks_differ
 from stereotrack_core.tracking.initialise.seeds import t_pose_in_cloud
@@ -32,11 +28,10 @@ _UNUSUAL = 20.0  # the same of one that faces away from it: front and back look 
 _UNSETTLED = 40.0
 _TURN_GAIN = 3.0  # cost by which a body fitted the other way round must be more natural to be taken
 _FITTED = 8  # clouds that both ways of facing are followed over; every second one is fitted to
-Told = Callable[[int, int], object]  # is told how many of how many parts are done
 
 
 def first_pose_in(
-    initialiser: PersonModel, clouds: Sequence[Cloud], told: Told = lambda _done, _count: None
+    initialiser: PersonModel, clouds: Sequence[Cloud], told: OnPart = lambda _done, _count: None
 ) -> Pose | None:
     """Pose in the first of successive clouds in which somebody is tracked; None without anybody.
 
@@ -77,7 +72,7 @@ class _Steps:
     """Steps of a model, of which somebody is told how many are done."""
 
     model: PersonModel
-    told: Told
+    told: OnPart
     count: int
     done: int = 0
 
@@ -92,51 +87,13 @@ class _Steps:
         return self.model.step(state, cloud)
 
 
-def search_chain(reader: FrameReader, chosen: DepthParameters, views: Sequence[str]) -> DepthChain:
-    """The way to clouds in which a preset that does not search in its own looks for the first pose.
-
-    Parameters keep their defaults, except those that differ in `chosen` from the preset ``thesis``.
-    """
-    usual = {row.name: row.presets.get("thesis", row.default) for row in DepthParameters.rows()}
-    changed = {name: value for name, value in chosen.values().items() if value != usual[name]}
-    wanted = settled(reader.recording, DepthParameters().replaced(**changed), reader, views)
-    return DepthChain(reader.recording, wanted, views=views)
-
-
-def first_pose_from_images(
-    initialiser: PersonModel,
-    chain: DepthChain,
-    reader: FrameReader,
-    frames: Sequence[int],
-    learned_from: range,
-    told: Told = lambda _done, _count: None,
-) -> Pose | None:
-    """First pose for a tracker whose own clouds are not made for search, followed to its place.
-
-    `initialiser` is of the default shape, `frames` are successive; the background is `learned_from`
-    others where there are no images of it. The chain, see :func:`search_chain`, is closed.
-    """
-    with closing(chain):
-        chain.learn_background(reader, learned_from)
-        clouds = [chain.process(reader.frame_set(frame)) for frame in frames]
-    found = first_pose_in(initialiser, clouds, told)
-    if found is None:
-        return None
-    state = initialiser.first(found)
-    for cloud in clouds:
-        state, estimate = initialiser.step(state, cloud)
-        if estimate.tracked:
-            return estimate.pose
-    return found
-
-
 FIT_FRAMES = 12  # frames that the shape is fitted to: more bring nothing (docs/accuracy.md)
 _LOOK_AHEAD = 5  # frames in which somebody is looked for, for each that the fit needs
 _LEAST_SETTLED = 3  # frames without which a fit would be worse than the default shape
 
 
 def first_clouds(
-    cloud: Callable[[int], Cloud], frames: range, least: int, told: Told
+    cloud: Callable[[int], Cloud], frames: range, least: int, told: OnPart
 ) -> list[Cloud]:
     """The first clouds that show somebody: with at least so many points, made frame by frame."""
     found: list[Cloud] = []

@@ -80,17 +80,10 @@ class DetectionObservation:
         for one in self.detections:
             groups.setdefault("" if one.camera is None else one.camera.name, []).append(one)
         return tuple(
-            _residual_of(detection, part, body, frames)
+            residual_at(detection, part, _end_of(body, part), frames)
             for group in groups.values()
             for detection, part in _assigned(group, body, frames, self.gate)
         )
-
-
-def _residual_of(
-    detection: Detection, part: int, body: BodyModel, frames: PartFrames
-) -> DetectionResidual:
-    """Residual of a detection at the end of a part, weighed at one pose."""
-    return residual_at(detection, part, _end_of(body, part), frames)
 
 
 def residual_at(
@@ -183,7 +176,7 @@ def corrected_by(detection: Detection, setup: Setup, prior: Belief) -> Belief:
     body, at = setup.body, prior
     for _ in range(_ITERATIONS):
         frames = body.frames(at.pose)
-        rows = _residual_of(detection, part, body, frames).rows(frames)
+        rows = residual_at(detection, part, _end_of(body, part), frames).rows(frames)
         found = gathered((rows,), frames, setup.columns)
         at, _ = solved(setup.joints, prior, at.pose, found)
     return Belief(orthonormal(at.pose), at.P)
@@ -197,8 +190,7 @@ def _best_part(detection: Detection, setup: Setup, prior: Belief) -> int | None:
     for part in _PARTS_OF[detection.kind]:
         if not _distance_from(detection, part, body, frames) < gate:
             continue
-        residual = _residual_of(detection, part, body, frames)
-        rows = residual.rows(frames)
+        rows = residual_at(detection, part, _end_of(body, part), frames).rows(frames)
         nu, J = rows["innovation"], jacobian(rows, frames, columns)
         variance = _undistorted(detection)[1] ** 2 / detection.confidence
         S = J @ prior.P @ J.T + np.eye(len(nu)) * variance

@@ -203,7 +203,7 @@ def _part_arms(pair: Any, placed: Any, lengths: Any, least: float, n: int, out_r
     return n + 1
 
 
-@compiled(error_model="numpy")
+@compiled()
 def nearest_shares(a: Any, u: Any, c: Any, v: Any) -> Any:
     """Shares, 0 to 1, at which the segments a + s u and c + t v, all (3,), are nearest.
 

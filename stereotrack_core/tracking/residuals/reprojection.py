@@ -39,6 +39,7 @@ class PlacedKeypoints:
     point: FloatArray  # (K, 3), metres. In the frames of the parts.
     slack: FloatArray  # (K,), metres
     arm: BoolArray  # (K,). Whether it is a point of an arm beyond the shoulder.
+    meetings: dict[bytes, MeetingPoints] = field(default_factory=dict)  # by exchanged sides
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +48,6 @@ class KeypointObservation:
 
     seen: SightedKeypoints | None
     sigma: float  # Metres. Standard deviation of a sure keypoint, at the distance of the person.
-    _meeting: dict[bytes, MeetingPoints] = field(default_factory=dict)
 
     def residuals(self, body: BodyModel, pose: Pose) -> tuple[ReprojectionResidual, ...]:
         """What all cameras say about a pose."""
@@ -58,7 +58,9 @@ class KeypointObservation:
         """Sides and weights at a pose; if it `follows`, one view may have exchanged sides."""
         if self.seen is None or not self.seen.count:
             return None
-        placed = _placed(self.seen, body)
+        if body not in self.seen.placed:
+            self.seen.placed[body] = _placed(self.seen, body)
+        placed: PlacedKeypoints | None = self.seen.placed[body]
         if placed is None:
             return None
         world = body.frames(pose).apply(placed.part, placed.point)
@@ -69,9 +71,9 @@ class KeypointObservation:
         exchanged = _exchanged_sides(placed, predicted, metre, follows=follows)
         seen = placed.seen.with_sides_exchanged(exchanged)
         key = exchanged.tobytes()
-        if key not in self._meeting:
-            self._meeting[key] = seen.meeting(MEETING_GATE)
-        return KeypointFit(placed, seen, predicted, metre, self._meeting[key], self.sigma)
+        if key not in placed.meetings:
+            placed.meetings[key] = seen.meeting(MEETING_GATE)
+        return KeypointFit(placed, seen, predicted, metre, placed.meetings[key], self.sigma)
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,19 +92,19 @@ class KeypointFit:
         """From 1/3 to 1, how much it says of the heading: three views are seldom wrong together."""
         return min(int(np.count_nonzero(self.seen.confidence.any(axis=0))), 3) / 3.0
 
-    @property
+    @cached_property
     def off(self) -> FloatArray:
         """Distances (K, V) of keypoints from the pose, metres at the point; NaN where unknown."""
         pixels = np.linalg.norm(self.seen.pixel - self.predicted, axis=2)
         return np.asarray(pixels / self.metre)
 
-    @property
+    @cached_property
     def sure(self) -> FloatArray:
         """Confidences (K, V); 0 of arms that may be crossed, unless enough cameras agree."""
         crossed = self.placed.arm & ~self.meeting.settled & self.seen.crossed
         return np.where(crossed[:, None], 0.0, self.seen.confidence)
 
-    @property
+    @cached_property
     def weight(self) -> FloatArray:
         """From 0 to 1 (K, V): w = (g^2 / (g^2 + e^2))^2, 0 where other cameras contradict."""
         settled = self.meeting.settled[:, None]

@@ -52,10 +52,8 @@ _LIMB = np.isin(np.arange(len(PARTS)), ARM_PARTS)
 _ALONG = np.array([0.1, 0.3, 0.5, 0.7, 0.9])  # along a cone where its outline is measured; 0: base
 
 
-def contours_of(
-    edges: tuple[EdgeMap, ...], body: BodyModel, frames: PartFrames, farthest: float = FARTHEST
-) -> ClosestPoints:
-    """Measure the contours of one pose against the edges of all views, within so many metres.
+def contours_of(edges: tuple[EdgeMap, ...], body: BodyModel, frames: PartFrames) -> ClosestPoints:
+    """Measure the contours of one pose against the edges of all views near them.
 
     The points lie on the surface where a view grazes it, with their margins; distances to the edge
     are positive outwards, across the line of sight.
@@ -64,7 +62,7 @@ def contours_of(
     seen = places_for(2 * len(_ALONG) * len(placed) * len(edges))
     for edge in edges:
         view = edge.distance, edge.range_z, edge.pinhole, edge.camera_from_world
-        n = _measure_outline(placed, view, farthest, n, seen)
+        n = _measure_outline(placed, view, n, seen)
     cone, distance, point, direction = seen
     return ClosestPoints(cone[:n], distance[:n], point[:n], direction[:n])
 
@@ -215,7 +213,7 @@ def _centre(place: Any) -> Any:
 
 
 @compiled()
-def _measure_outline(placed: Any, view: Any, farthest: float, n: int, out_seen: Any) -> int:
+def _measure_outline(placed: Any, view: Any, n: int, out_seen: Any) -> int:
     """Append the outlines of one view to the first n places that were seen, return their number.
 
     Edges at which the trunk ends as well say nothing about a limb. The outline lies outside of the
@@ -257,7 +255,7 @@ def _measure_outline(placed: Any, view: Any, farthest: float, n: int, out_seen: 
                 scale = math.sqrt(1.0 + w * w)
                 margin = cone.outline[0] * x * x + cone.outline[1] * y * y
                 away = -value * depth / pinhole[0] / scale - margin / (x * x + y * y)
-                if not abs(away) < farthest:
+                if not abs(away) < FARTHEST:
                     continue
                 out_cone[n], out_distance[n] = c, away
                 out_point[n, 0], out_point[n, 1], out_point[n, 2] = px, py, pz

@@ -10,7 +10,7 @@ from typing import Any
 
 from stereotrack_core.arrays import Float32Array
 from stereotrack_core.body.parameters import BodyShape
-from stereotrack_core.depth.chain import DepthChain, MeasuredViews, rectification_of
+from stereotrack_core.depth.chain import DepthChain, MeasuredViews, OnPart, rectification_of
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.depth.match import Region
 from stereotrack_core.depth.mono_silhouettes import silhouette_views
@@ -23,7 +23,7 @@ from stereotrack_core.memory import Memory, bytes_of
 from stereotrack_core.parameters import Value
 from stereotrack_core.recording.description import Recording, View
 from stereotrack_core.recording.reader import FrameReader, ViewImages
-from stereotrack_core.tracking.clouds import Told
+from stereotrack_core.tracking.clouds import CloudSource
 from stereotrack_core.tracking.frame import cloudless
 from stereotrack_core.tracking.tuning.stages import Stage, stage_key
 
@@ -174,7 +174,7 @@ class _Made:
 
 
 @dataclass(eq=False)
-class KeptClouds:
+class KeptClouds(CloudSource):
     """Clouds for one run, taken from the store or made for it."""
 
     store: CloudStore
@@ -184,7 +184,7 @@ class KeptClouds:
     cancelled: Callable[[], bool]
     went_on: bool = False  # whether the background has learned from frames of this run
 
-    def learn(self, _frames: range, _told: Told) -> None:
+    def learn(self, _frames: range, _told: OnPart) -> None:
         """Forget what a background that goes on learning took from frames that come again."""
         if self.went_on:
             self.chain, self.went_on = self.store.chain(self.key), False

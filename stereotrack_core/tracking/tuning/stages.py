@@ -92,9 +92,9 @@ def changed_names(old: Settings, new: Settings) -> tuple[str, ...]:
     return tuple(name for name, value in new.values().items() if value != before[name])
 
 
-def changes_in_words(old: Settings, new: Settings, most: int = 2) -> str:
-    """``sigma joint 20 deg, iterations 8 and 3 more``: what differs, of which `most` are named."""
+def changes_in_words(old: Settings, new: Settings) -> str:
+    """``sigma joint 20 deg, iterations 8 and 3 more``: what differs, of which two are named."""
     names, values = changed_names(old, new), new.values()
     rows = {row.name: row for row in new.rows()}
-    said = ", ".join(rows[name].words(values[name]) for name in names[:most])
-    return f"{said} and {len(names) - most} more" if len(names) > most else said
+    said = ", ".join(rows[name].words(values[name]) for name in names[:2])
+    return f"{said} and {len(names) - 2} more" if len(names) > 2 else said

@@ -5,12 +5,7 @@ import pytest
 
 from stereotrack_core.annotation.click_gains import hidden_landmarks
 from stereotrack_core.errors import Cancelled
-from stereotrack_core.evaluation.failure_segments.drawing import (
-    Shown,
-    best_view,
-    picture_strip,
-    strip_of,
-)
+from stereotrack_core.evaluation.failure_segments import drawing
 from stereotrack_core.evaluation.failure_segments.find import FailureSearch, find_failures
 from stereotrack_core.evaluation.failure_segments.looks import Looker
 from stereotrack_core.recording.landmarks import LANDMARKS
@@ -28,7 +23,7 @@ def seen(tmp_path_factory):
 def test_the_model_is_drawn_in_the_lower_pictures_alone(seen):
     recording, run, _ = seen
     with FrameReader(recording) as reader:
-        strip = picture_strip(Shown(recording, run), [6], reader).astype(int)
+        strip = drawing.picture_strip(drawing.Shown(recording, run), [6], reader).astype(int)
     coloured = np.ptp(strip, axis=2) > 40
     rows = np.flatnonzero(coloured.any(axis=1))
     assert rows.min() > 32 + 300
@@ -37,17 +32,17 @@ def test_the_model_is_drawn_in_the_lower_pictures_alone(seen):
 def test_captions_tell_the_error_or_what_the_run_says(seen):
     recording, run, truth = seen
     forearm = ("left_forearm",)
-    told = Shown(recording, run, forearm, truth).captions([2, 6])
+    told = drawing.Shown(recording, run, forearm, truth).captions([2, 6])
     assert told == [("frame 2", "left forearm 0°"), ("frame 6", "left forearm 80°")]
-    assert Shown(recording, run, forearm).captions([6])[0][1] == "left forearm 2 % lost"
-    assert Shown(recording, run, (), truth).captions([6])[0][1] == "left forearm 80°"
-    assert Shown(recording, run, (), truth).captions([99])[0] == ("frame 99", "unknown")
+    assert drawing.Shown(recording, run, forearm).captions([6])[0][1] == "left forearm 2 % lost"
+    assert drawing.Shown(recording, run, (), truth).captions([6])[0][1] == "left forearm 80°"
+    assert drawing.Shown(recording, run, (), truth).captions([99])[0] == ("frame 99", "unknown")
 
 
 def test_the_best_view_is_one_that_sees_the_limb(seen):
     recording, run, _ = seen
     camera = recording.reference_camera(
-        recording.view(best_view(recording, run, range(2, 8), ("left_forearm",)))
+        recording.view(drawing.best_view(recording, run, range(2, 8), ("left_forearm",)))
     )
     nine = run.landmarks[5:6]
     hand = LANDMARKS.index("left_hand")
@@ -61,7 +56,7 @@ def test_a_strip_shows_a_failure(seen):
     search = FailureSearch(run, recording.fps, truth, recording, pictures=False)
     (failure,) = find_failures(search)
     with FrameReader(recording) as reader:
-        assert strip_of(search, recording, failure, reader).shape[1] > 200
+        assert drawing.strip_of(search, recording, failure, reader).shape[1] > 200
 
 
 def test_looks_tell_what_the_views_measure(seen):

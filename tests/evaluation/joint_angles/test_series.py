@@ -64,10 +64,10 @@ def test_ranges_are_taken_per_segment():
     whole, quarter, late, after = angle_ranges(bent, named)
     ends = [(one.first, one.end) for one in (whole, quarter, late, after)]
     assert ends == [(0, 401), (0, 50), (380, 401), (900, 950)]
-    assert whole.degrees[name]["range"] == pytest.approx(40.0)
-    assert whole.degrees[name]["mean"] == pytest.approx(60.0)
-    assert quarter.degrees[name]["minimum"] == pytest.approx(60.0)
-    assert (after.frames[name], np.isnan(after.degrees[name]["range"])) == (0, True)
+    assert whole.angles[name]["range"] == pytest.approx(40.0)
+    assert whole.angles[name]["mean"] == pytest.approx(60.0)
+    assert quarter.angles[name]["minimum"] == pytest.approx(60.0)
+    assert (after.angles[name]["frames"], np.isnan(after.angles[name]["range"])) == (0, True)
 
 
 @pytest.mark.slow

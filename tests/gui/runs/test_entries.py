@@ -4,6 +4,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
 
 from app.session.runs import entry_of_run
 from stereotrack_core.project.runs import kept_runs, load_run
@@ -12,8 +14,8 @@ from stereotrack_core.simulation.make import Simulation, simulate
 from stereotrack_core.simulation.rig import SceneOptions
 from stereotrack_core.tracking import run_checks
 from stereotrack_core.tracking.presets import preset
-from tests.gui.hands import heard
-from tests.gui.made_runs import made_run
+from tests.gui.hands import heard, trigger
+from tests.gui.made_runs import add_run, made_run
 
 
 @pytest.fixture(scope="module")
@@ -75,3 +77,25 @@ def test_a_run_in_which_nothing_fits_is_said_and_kept_with_it(opened, qtbot, mon
     first, second = (load_run(runs, kept.name).meta["warnings"] for kept in kept_runs(runs))
     assert first == []
     assert second == [message.what]
+
+
+@pytest.mark.window
+def test_a_run_on_selection_can_go_on_as_the_run_did_that_gives_its_pose(
+    opened, qtbot, monkeypatch
+):
+    window, session, begun, as_it_did = opened, opened.context.session, [], []
+    monkeypatch.setattr(session.track, "begin", lambda *_, **how: begun.append(how["start"]))
+    monkeypatch.setattr(session.trials, "run_as", lambda *how: as_it_did.append(how))
+    entry = add_run(window, "before", off=0.05)
+    window.context.docks.show_named("track")
+    session.view_state.select(range(3, 6))
+    qtbot.waitUntil(window.context.tasks.settled)
+    trigger(window, "run_selection")
+    assert begun[0].words == "from run before, frame 2"
+    assert "the initial pose is from run before, frame 2" in window.messages.text()
+    button = window.messages.do_button
+    assert button.text() == "As that run did"
+    qtbot.waitUntil(lambda: not button.visibleRegion().isEmpty())
+    QTest.mouseClick(button, Qt.MouseButton.LeftButton)
+    assert as_it_did == [(entry, range(3, 6))]
+    assert not window.messages.isVisible()

@@ -119,3 +119,37 @@ def test_icons_follow_the_theme(qapp, qtbot, dark):
     expected = QColor(load_theme("light").text)
     for target in (button, action):
         assert target.icon().pixmap(24, 24).toImage().pixelColor(12, 12) == expected
+
+
+@pytest.mark.parametrize("theme", ["light", "dark"])
+def test_the_focus_does_not_look_like_a_selection(qapp, qtbot, theme):
+    before = chosen_theme()
+    apply_theme(qapp, theme)
+    window, buttons = QWidget(), [QToolButton(), QToolButton()]
+    qtbot.addWidget(window)
+    for place, button in enumerate(buttons):
+        button.setParent(window)
+        button.setGeometry(10 + 60 * place, 10, 40, 40)
+        button.setCheckable(True)
+    buttons[1].setChecked(True)
+    window.resize(140, 60)
+    with qtbot.waitExposed(window):
+        window.show()
+
+    def focused_one():
+        window.activateWindow()
+        buttons[0].setFocus()
+        return buttons[0].hasFocus()
+
+    qtbot.waitUntil(focused_one)
+
+    def edge(button):
+        """Colours along the upper edge, without its ends."""
+        picture = button.grab().toImage()
+        return {picture.pixelColor(x, 0).name() for x in range(8, picture.width() - 8)}
+
+    focused, selected = (edge(button) for button in buttons)
+    assert selected == {current_theme().accent}
+    assert current_theme().accent not in focused
+    assert len(focused) > 1, "dashes"
+    apply_theme(qapp, before)

@@ -19,6 +19,7 @@ from stereotrack_core.tracking.arm_search.arms import (
     arm_of_pose,
     arm_shape,
     arms_around,
+    proposals,
 )
 from stereotrack_core.tracking.arm_search.keypoints import arm_keypoints
 from stereotrack_core.tracking.arm_search.score import anatomy_cost, crossing_cost
@@ -176,3 +177,16 @@ def test_pairs_that_go_through_each_other_cost_more():
         assert crossing_cost(left, right, 0.0)[0, 0] == 0.0
     assert costs.pop("crossed") > 2.0
     assert not any(costs.values())
+
+
+def test_proposals_around_the_present_arm_are_nearer_than_those_around_the_predicted_one():
+    pose, rng = POSES["pointing"], np.random.default_rng(0)
+    shape, arm = shapes(pose)[LEFT], arm_of_pose(BODY.frames(pose), LEFT)
+    found = proposals(shape, arm, arm, np.zeros((0, 3)), 1200, rng)
+    away = np.degrees(angle_between(found.fore, arm.fore[0]))
+    around = len(found) - 300 - 2 * 200
+    near, wide = (
+        np.median(away[part]) for part in (slice(around, around + 300), slice(-200, None))
+    )
+    assert 20.0 < near < 40.0, "turned by 18 degrees about each axis, with the upper arm and alone"
+    assert wide > 1.5 * near

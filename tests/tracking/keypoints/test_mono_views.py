@@ -3,16 +3,19 @@
 import numpy as np
 import pytest
 
+from stereotrack_core.body.manifold import displaced
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.run_journal import RunJournal, Wish, read_unfinished
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.landmarks import LANDMARKS
+from stereotrack_core.tracking.clouds import Clouds
+from stereotrack_core.tracking.prepare import prepare
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run import track
 from stereotrack_core.tracking.run_spec import RunSpec
 from tests.same_run import same_run
 from tests.simulated_keypoints import KeypointErrors, simulated_keypoints
-from tests.tracking.keypoints.mono import mono_recording, truth
+from tests.tracking.keypoints.mono import mono_recording, poses, truth
 from tests.tracking.running import tracked_frames
 
 
@@ -40,6 +43,19 @@ def test_a_person_is_followed_without_any_cloud(mono):
     np.testing.assert_array_equal(run.x, again.x)
     smooth = track(mono, RunSpec(preset("accurate"), keypoints=keypoints, smooth=True))
     assert np.median(apart(smooth)) < 0.015
+
+
+def test_a_given_pose_is_kept_and_otherwise_the_first_frames_tell_it(mono):
+    keypoints = simulated_keypoints(truth(), mono.cameras, KeypointErrors(noise=0.3), seed=3)
+    given = displaced(poses()[0], np.r_[np.zeros(8), 0.5, np.zeros(5)], (2, 3, 4, 5))
+    ready = []
+    for init in ("auto", given):
+        with Clouds(mono, RunSpec(preset("accurate"), keypoints=keypoints, init=init)) as clouds:
+            ready.append(prepare(clouds))
+    found, waiting = ready
+    assert np.abs(found.state.pose.rotations - poses()[0].rotations).max() < 0.3
+    assert waiting.init is given
+    assert not waiting.started
 
 
 def test_silhouettes_measure_what_noisy_keypoints_do_not(tmp_path):

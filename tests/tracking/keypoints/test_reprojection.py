@@ -11,7 +11,7 @@ from stereotrack_core.body.model import landmarks
 from stereotrack_core.recording.keypoint_names import COCO_17
 from stereotrack_core.recording.keypoints import keypoints_of
 from stereotrack_core.recording.sighted_keypoints import SightedKeypoints, sighted
-from stereotrack_core.tracking.initialise.keypoint_pose import pose_of_keypoints
+from stereotrack_core.tracking.keypoint_step import pose_of_keypoints
 from stereotrack_core.tracking.residuals.reprojection import KeypointObservation
 from tests.tracking.keypoints.cases import BODY, VIEWS
 from tests.tracking.scenes import POSES

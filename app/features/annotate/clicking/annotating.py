@@ -352,13 +352,16 @@ class Annotating:
             where = "this" if self.advance == "landmark" else "every"
             self._say(f"Every landmark has a click in {where} view.")
 
-    def following_frame(self) -> int | None:
-        """The next keyframe that is not done; the next frame where none are set; None: no more."""
-        project, frame = self._project.project, self._document.frame
+    def rhythm(self) -> Sequence[int]:
+        """Frames to be annotated: keyframes that are not done; all where none are set."""
+        project = self._project.project
         keyframes = project.marks.keyframes() if project is not None else ()
         wanted = [one.frame for one in keyframes if not one.done]
-        following = wanted if keyframes else range(frame + 1, self._document.frame_count)
-        return next((one for one in following if one > frame), None)
+        return wanted if keyframes else range(self._document.frame_count)
+
+    def following_frame(self) -> int | None:
+        """The next frame to be annotated; None: no more."""
+        return next((one for one in self.rhythm() if one > self._document.frame), None)
 
     def _go_on(self) -> None:
         after = self.following_frame()

@@ -22,6 +22,7 @@ from ....widgets.tables.landmarks_panel import LandmarksPanel
 from ....widgets.tables.panels import BodyPanel
 from .annotating import Annotating
 from .choosing import ADVANCES, Advance
+from .detecting import FrameDetections
 from .doubtful import DoubtfulWalk
 from .facts import AnnotationFacts
 from .marks import (
@@ -93,7 +94,8 @@ class ClickController:
         context.docks.add("landmarks", "Landmarks", self.landmarks)
         context.docks.add("body", "Body fit", self.body)
         self.annotating = Annotating(context, self.camera_at_hand, self._cameras)
-        self.proposals = ProposalPresenter(context, self.annotating)
+        self.detections = FrameDetections(context, self.annotating)
+        self.proposals = ProposalPresenter(context, self.annotating, self.detections)
         self.facts = AnnotationFacts(context, self.annotating, self._all_cameras, self.proposals)
         self.walk = DoubtfulWalk(context, self.annotating, self.proposals, self.go_to)
         self._offers = SwapOffers(self.annotating.swap)

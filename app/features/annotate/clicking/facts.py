@@ -107,6 +107,7 @@ class AnnotationFacts:
             predictions=(*self._kept(frame), *self.proposals.now()),
             asked=frozenset(one.key for one in self.proposals.doubtful()),
             accuracy=self.proposals.words(),
+            detecting=self.proposals.detections.words(),
             hints=self.hints(),
             fit=self._best_fit(),
             views=self.view_names(),
@@ -131,6 +132,7 @@ class AnnotationFacts:
         for timer in self._timers:
             timer.stop()
         self.proposals.close()
+        self.proposals.detections.close()
         for fitter in self._fitters:
             fitter.close()
         for source in self._sources:
@@ -233,7 +235,10 @@ class AnnotationFacts:
     def _kept(self, frame: int) -> tuple[Prediction, ...]:
         if self._predictions is None or self._predictions[0] != frame:
             project, blind = self._project.project, self._annotating.blind()
-            found = project.predictions.at(frame) if project is not None and not blind else ()
+            found: tuple[Prediction, ...] = ()
+            if project is not None and not blind:
+                detected = self.proposals.detections.at(frame) if self._active else ()
+                found = (*project.predictions.at(frame), *detected)
             recording = self._document.recording
             cameras = {} if recording is None else recording.cameras
             self._predictions = (frame, guessed_if_hidden(found, cameras))

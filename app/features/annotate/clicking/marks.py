@@ -54,6 +54,7 @@ class FrameMarks:
     asked: frozenset[ClickKey] = frozenset()
     accuracy: str = ""
     """Proposals that shall be looked at; how accurate the frame is, in words."""
+    detecting: str = ""  # what the pose detector does, or would bring
     hints: ClickHints | None = None
     fit: ShownFit | None = None
     views: Mapping[str, str] = field(default_factory=dict)
@@ -331,14 +332,15 @@ def fit_words(facts: FrameMarks) -> tuple[str, ...]:
         return (*said[:_MOST_WORDS], f"and {more} more") if more > 0 else said
     if facts.accuracy:
         return (facts.accuracy,)
+    detecting = (facts.detecting,) if facts.detecting else ()
     if not facts.calibrated:
-        return ("No calibration: clicks are kept, and no body is fitted to them.",)
+        return ("No calibration: clicks are kept, and no body is fitted to them.", *detecting)
     positions = sum(click.position is not None for click in facts.clicks)
     if positions >= FEWEST:
         return ("Fitting the body to the clicks …",)
     if positions:
-        return ("Click at least three landmarks to fit the body.",)
-    return ("Click landmarks to fit the body. Keys 1 to 9 select a landmark.",)
+        return ("Click at least three landmarks to fit the body.", *detecting)
+    return ("Click landmarks to fit the body. Keys 1 to 9 select a landmark.", *detecting)
 
 
 def _frame_words(facts: FrameMarks, fit: ShownFit) -> tuple[str, ...]:

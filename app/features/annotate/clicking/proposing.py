@@ -3,14 +3,14 @@
 import threading
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import partial
 from itertools import pairwise
-from math import sqrt
 
 import numpy as np
 
 from stereotrack_core.annotation.click import Click, ClickKey, Prediction
+from stereotrack_core.annotation.detected_body import told_once
 from stereotrack_core.annotation.follow import MOST_FRAMES, follow_clicks
 from stereotrack_core.annotation.follow_body import BodyStep, FollowedBody, follow_body, told_by
 from stereotrack_core.annotation.landmark_filter import WANTED_MM, ProposalQuestion
@@ -30,6 +30,7 @@ from ....session.document import Shared
 from ....session.jobs import LatestOnly, NewestAnswer
 from ....session.runs import RunEntry
 from .annotating import Annotating
+from .detecting import FrameDetections
 
 _SOON_MS = 20
 _WANTED = "wanted_mm"
@@ -59,8 +60,10 @@ def _follow(way: _Way) -> tuple[Prediction, ...] | BodyStep | None:
 class ProposalPresenter:
     """Proposes beside the window's thread whenever clicks or the frame change."""
 
-    def __init__(self, context: Context, annotating: Annotating) -> None:
-        session, self._annotating = context.session, annotating
+    def __init__(
+        self, context: Context, annotating: Annotating, detections: FrameDetections
+    ) -> None:
+        session, self._annotating, self.detections = context.session, annotating, detections
         self._document, self._project = session.document, session.project
         self._tell = partial(session.changes.tell, Part.PROPOSALS)
         self._active = False
@@ -124,12 +127,14 @@ class ProposalPresenter:
         return {frame: names for frame, names in found.items() if names}
 
     def settled(self) -> bool:
-        return not self._soon.isActive() and self.answer.settled() and self._following.settled()
+        sources = (self.answer, self._following, self.detections)
+        return not self._soon.isActive() and all(source.settled() for source in sources)
 
     # ---- what changes it
 
     def set_active(self, active: bool) -> None:
         self._active = active
+        self.detections.set_active(active)
         self._soon.start()
 
     def wanted_mm(self) -> float:
@@ -295,19 +300,13 @@ class ProposalPresenter:
         )  # fmt: skip
 
     def _detected(self, frame: int) -> tuple[Prediction, ...]:
-        """Kept predictions of detectors; off alike in all images, they tell only once."""
+        """What detectors predict."""
         project = self._project.project
-        sources = project.keypoints.sources() if project is not None else {}
-        if project is None or not sources:
+        if project is None:
             return ()
-        found = [
-            one for one in project.predictions.at(frame) if one.source in sources and one.sigma
-        ]
-        alike = Counter((one.source, one.landmark) for one in found)
-        return tuple(
-            replace(one, sigma=(one.sigma or 0.0) * sqrt(alike[one.source, one.landmark]))
-            for one in found
-        )
+        sources = project.keypoints.sources()
+        kept = (one for one in project.predictions.at(frame) if one.source in sources)
+        return told_once((*kept, *self.detections.at(frame)))
 
     def _clicks_around(self) -> tuple[Click, ...]:
         """Clicks of the clicked frames around the one that is shown, up to the next gap."""

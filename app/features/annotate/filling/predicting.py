@@ -25,6 +25,7 @@ from ....services.actions import Command
 from ....session.changes import Part
 from ....session.jobs import Job, NewestJob, Task
 from ....session.runs import RunEntry
+from ..clicking.detecting import NO_DETECTOR
 from ..panels import AnnotationPanels, click_cameras
 
 Source: TypeAlias = Literal["proposed", "fit", "run", "detector"]
@@ -32,7 +33,6 @@ Source: TypeAlias = Literal["proposed", "fit", "run", "detector"]
 _Detected: TypeAlias = tuple[Keypoints, Sequence[Prediction]]
 
 _DETECTING = 0.5  # share of the time that detecting takes; fitting bodies takes the rest
-NO_DETECTOR = "The pose detector is not installed. Choose Track, Install pose detector … first."
 NO_FIT = "The whole recording has not been fitted yet. Choose Fit whole recording first."
 
 
@@ -88,7 +88,7 @@ class PredictionWork:
         if project is None or recording is None or self.why_no_detection():
             return
         frames, names = selection.frames, project.landmark_set().names
-        cameras = click_cameras(recording)
+        cameras = {} if recording.guessed else click_cameras(recording)
         proportions = proportions_of(project.subject() or recording.subject)
 
         def work(task: Task) -> _Detected:

@@ -17,6 +17,13 @@ if TYPE_CHECKING:
     from .wizard import ImportWizard
 
 
+def ask_to_attach(context: Context) -> None:
+    """Let the person choose a calibration for the open recording."""
+    from .attaching import ask_to_attach
+
+    ask_to_attach(context)
+
+
 class ImportController:
     """From dropped videos, or a folder without a recording.toml, to an open recording.
 

@@ -21,23 +21,22 @@ from stereotrack_core.recording.importing.making import cameras_for
 
 from ....widgets.forms.form_dialog import ask_to_open, line_edit, push_button, say_in
 from ....widgets.style.building import choice, hbox, label, scrolled, vbox
-from .sources_page import Looked
 
-_FILES = "Calibrations (*.toml *.yml *.yaml *.xml *.json *.mat *.txt *.conf)"
+FILES = "Calibrations (*.toml *.yml *.yaml *.xml *.json *.mat *.txt *.conf)"
 
 
 class CalibrationPage(QWizardPage):
     """A file with the camera of each source and how it is read, or guessed cameras."""
 
-    def __init__(self, looked: Looked) -> None:
+    def __init__(self, proposed: Choices, folder: Path | None) -> None:
         super().__init__()
         self.setTitle("Calibration")
-        self._choices = looked.proposed
-        self._folder = str(looked.found.folder or "")
+        self._choices = proposed
+        self._folder = str(folder or "")
         self._read: Choices | None = None
         self._decided: Decided | None = None
         self._complaint = ""
-        self._make_fields(looked.proposed.calibration)
+        self._make_fields(proposed.calibration)
         self._form = QFormLayout()
         inside = QWidget()
         inside.setLayout(self._form)
@@ -49,10 +48,10 @@ class CalibrationPage(QWizardPage):
         reading.addRow("&Unit of its lengths", self.unit)
         reading.addRow("Con&vention", self.convention)
         self.how.setLayout(reading)
-        about_guess = label(GUESS, "muted", margins=(24, 0, 0, 0))
-        parts = (self.from_file, file_row, self.how, (self._area, 1), self.guess, about_guess)
+        self.about_guess = label(GUESS, "muted", margins=(24, 0, 0, 0))
+        parts = (self.from_file, file_row, self.how, (self._area, 1), self.guess, self.about_guess)
         self.setLayout(vbox(*parts, self.words, None))
-        (self.guess if looked.proposed.calibration is None else self.from_file).setChecked(True)
+        (self.guess if proposed.calibration is None else self.from_file).setChecked(True)
         for changed in (
             self.guess.toggled, self.path.textChanged, self.unit.currentIndexChanged,
             self.convention.currentIndexChanged,
@@ -81,6 +80,21 @@ class CalibrationPage(QWizardPage):
         )  # fmt: skip
         self.words = label()
         self._cameras: dict[str, QComboBox] = {}
+
+    def use_file(self, path: Path) -> bool:
+        """Use a file and offer no guess; False where cameras are taken in its order."""
+        for one in (self.guess, self.about_guess):
+            one.hide()
+        self.from_file.setChecked(True)
+        self.path.setText(str(path))
+        boxes = [*self._cameras.values()]
+        if any(box.currentData() for box in boxes) or any(
+            box.count() != len(boxes) + 1 for box in boxes
+        ):
+            return True
+        for place, box in enumerate(boxes, start=1):
+            box.setCurrentIndex(place)
+        return not boxes
 
     def begin(self, choices: Choices) -> None:
         self._choices = choices
@@ -117,7 +131,7 @@ class CalibrationPage(QWizardPage):
             self.from_file.setChecked(True)
             self.path.setText(str(path))
 
-        ask_to_open(self, "Choose a calibration", self._folder, _FILES, use)
+        ask_to_open(self, "Choose a calibration", self._folder, FILES, use)
 
     def _on_changed(self) -> None:
         for field in (self.path, self.browse):

@@ -190,7 +190,8 @@ class ImportWizard(QWizard):
         self._looked, self._made = looked, made
         self._work = NewestJob(tasks)
         self.sources, self.timing = SourcesPage(looked), TimingPage(looked, tasks)
-        self.calibration, self.place = CalibrationPage(looked), PlacePage(looked)
+        self.calibration = CalibrationPage(looked.proposed, looked.found.folder)
+        self.place = PlacePage(looked)
         self.steps = (self.sources, self.timing, self.calibration, self.place)
         for page in self.steps:
             page.setSubTitle(f"Step {self.steps.index(page) + 1} of {len(self.steps)}")
