@@ -49,7 +49,8 @@ class AnnotationFacts:
         self._compared, self.proposals = session.cameras, proposals
         self._annotating, self._cameras = annotating, cameras
         self._active = False
-        self._predictions: tuple[int, tuple[Prediction, ...]] | None = None
+        self._predictions: tuple[tuple[Prediction, ...], ...] = ((), ())
+        """Predictions, and the same with what the body hides as guessed, which takes 5 ms."""
         self._measured: Mapping[str, float] | None = None
         self._volume_of: tuple[tuple[Recording, DepthParameters], Volume] | None = None
         self.use_depth = True
@@ -86,7 +87,6 @@ class AnnotationFacts:
         self.ask()
 
     def ask(self) -> None:
-        self._predictions = None
         for timer in self._timers:
             timer.start()
 
@@ -233,15 +233,13 @@ class AnnotationFacts:
             self._deep.ask()
 
     def _kept(self, frame: int) -> tuple[Prediction, ...]:
-        if self._predictions is None or self._predictions[0] != frame:
-            project, blind = self._project.project, self._annotating.blind()
-            found: tuple[Prediction, ...] = ()
-            if project is not None and not blind:
-                detected = self.proposals.detections.at(frame) if self._active else ()
-                found = (*project.predictions.at(frame), *detected)
-            recording = self._document.recording
-            cameras = {} if recording is None else recording.cameras
-            self._predictions = (frame, guessed_if_hidden(found, cameras))
+        project, recording = self._project.project, self._document.recording
+        if project is None or recording is None or self._annotating.blind():
+            return ()
+        detected = self.proposals.detections.at(frame) if self._active else ()
+        found = (*project.predictions.at(frame), *detected)
+        if found != self._predictions[0]:
+            self._predictions = found, guessed_if_hidden(found, recording.cameras)
         return self._predictions[1]
 
 
