@@ -124,7 +124,7 @@ class ViewChain:
             self.source.rows = other.source.rows
 
     def learn_frame(self, images: ViewImages) -> LearnedFrame | None:
-        """What the background needs of a frame; raw images in colour would take gigabytes."""
+        """Disparity and grey picture of a frame; raw images in colour would take gigabytes."""
         try:
             frame = self.source.open(images)
         except NoDepth:

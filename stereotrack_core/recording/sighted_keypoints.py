@@ -69,7 +69,7 @@ class SightedKeypoints:
 
     @cached_property
     def placed(self) -> dict[Any, Any]:
-        """What others have found out about them, by the body that they are compared with."""
+        """Places of the keypoints on each body that they are compared with, worked out once."""
         return {}
 
     @cached_property

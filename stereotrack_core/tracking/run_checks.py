@@ -298,7 +298,7 @@ _NAMED = 6  # keypoints that are named; the others are counted
 def keypoint_fits(
     poses: Iterable[tuple[int, Pose]], body: BodyModel, seen: KeypointsByFrame
 ) -> Iterator[KeypointFit]:
-    """How the keypoints of frames fit their poses, with sides exchanged back as in tracking."""
+    """Fit keypoints of frames to their poses, with sides exchanged back as in tracking."""
     for frame, pose in poses:
         fit = KeypointObservation(seen(frame), 1.0).fitted(body, pose)
         if fit is not None:

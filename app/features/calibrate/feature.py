@@ -38,7 +38,7 @@ _WAYS = (
     ("Calibrate", "calibrate"),
     ("Calibrate from the person …", "calibrate_person"),
 )
-"""What helps where cameras are guessed, and the commands."""
+"""Buttons of the message that cameras are guessed, and their commands."""
 
 _SURE = (
     "It is tested first. The file is only changed if the problem is gone then, and the one before "

@@ -204,7 +204,7 @@ class HeadingWatch:
 
     @property
     def probability(self) -> float:
-        """Of the heading that the run states."""
+        """Probability that the heading of the run is right."""
         return float(1.0 / (1.0 + np.exp(-self.ratio)))
 
     @property
@@ -220,7 +220,7 @@ class HeadingWatch:
         return self.against is not None and not self.corrected
 
     def to_dict(self) -> dict[str, Any]:
-        """What a run states of its heading."""
+        """State, probability and evidence of the heading, as a run stores them."""
         chance = round(self.probability, 4)
         found: dict[str, Any] = {"state": self.state, "probability": chance, "frames": self.seen}
         return found if self.against is None else {**found, "against": self.against}

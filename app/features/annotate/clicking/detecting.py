@@ -80,7 +80,7 @@ class FrameDetections:
         return "" if is_installed() else NO_DETECTOR
 
     def words(self) -> str:
-        """What the frame waits for, or what installing the detector would bring."""
+        """Say that the frame is being looked at, or what installing the detector would bring."""
         if not self.on:
             return ""
         if self.why_not():

@@ -300,7 +300,7 @@ class ProposalPresenter:
         )  # fmt: skip
 
     def _detected(self, frame: int) -> tuple[Prediction, ...]:
-        """What detectors predict."""
+        """Predictions of detectors in a frame, their sigmas enlarged as they tell only once."""
         project = self._project.project
         if project is None:
             return ()
