@@ -79,7 +79,7 @@ def test_lanes_stay_when_the_recording_is_opened_again(annotating, qtbot):
     key(annotating, Qt.Key.Key_7)
     click(annotating, 200.0, 100.0)
     folder = annotating.context.session.document.recording.folder
-    annotating.context.actions.action("close").trigger()
+    trigger(annotating, "close")
     annotating.context.session.open(folder)
     qtbot.waitUntil(
         lambda: annotating.context.session.document.recording is not None, timeout=30_000

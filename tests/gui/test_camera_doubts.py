@@ -9,6 +9,7 @@ from stereotrack_core.annotation.click import Click
 from stereotrack_core.project.clicks import delete_clicks, place_clicks
 from stereotrack_core.project.exporting import ClickedRecording
 from stereotrack_core.recording.landmarks import LANDMARKS
+from tests.gui.hands import trigger
 
 pytestmark = pytest.mark.window
 
@@ -99,7 +100,7 @@ def test_it_is_left_out_by_one_button_and_comes_back_by_undo(four, qtbot):
     assert len(clicked.clicks) == 81
     assert clicked.left_out == ["O_right"]
     assert project.clicks.count() == 108
-    four.context.actions.action("undo").trigger()
+    trigger(four, "undo")
     qtbot.waitUntil(four.context.tasks.settled, timeout=120_000)
     assert not project.marks.unused_cameras()
     assert session.cameras.now is not None

@@ -24,7 +24,7 @@ from stereotrack_core.simulation.rig import SceneOptions
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.worker_processes import TaskProcess
-from tests.gui.hands import CTRL, LEFT, view
+from tests.gui.hands import CTRL, LEFT, trigger, view
 from tests.gui.kept_window import close_window, show_window
 from tests.gui.long_recordings import repeated
 from tests.tracking.running import tracked_frames
@@ -105,7 +105,7 @@ def living() -> tuple[int, int]:
 def edit(window, turn: int) -> None:
     """Click a landmark, and now and then take it back."""
     if turn % 3 == 2:
-        window.context.actions.action("undo").trigger()
+        trigger(window, "undo")
         return
     camera = view(window)
     place = camera.rect().center()

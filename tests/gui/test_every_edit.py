@@ -15,7 +15,7 @@ from stereotrack_core.project.clicks import place_clicks
 from stereotrack_core.project.entries import choose, save_reference
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.schema import REFERENCE
-from tests.gui.hands import click, truth, view
+from tests.gui.hands import click, trigger, truth, view
 
 pytestmark = pytest.mark.window
 
@@ -127,12 +127,10 @@ def make(window, edit):
         window.features.annotate.clicking.annotating.choose(landmark)
         click(window, *truth(window, landmark, name), name)
         return
-    actions = window.context.actions
     if edit.startswith("nudge"):
-        actions.refresh("&Annotate")
-        actions.action("pick_click").trigger()
-    actions.refresh("&")
-    actions.action(edit).trigger()
+        trigger(window, "pick_click")
+    window.context.actions.refresh()
+    window.context.actions.action(edit).trigger()  # where it cannot be done, nothing happens
 
 
 def begin(window, qtbot, kind):
@@ -188,8 +186,7 @@ def window_steps(window, qtbot):
             if entry is None or (before is not None and entry == before[4]):
                 check_progress(window, qtbot)
                 return states
-            window.context.actions.refresh("&Edit")
-            window.context.actions.action(way).trigger()
+            trigger(window, way)
             states.append(check(window, qtbot))
 
     return steps

@@ -8,7 +8,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
 from app.features.annotate.filling import reference_work
-from tests.gui.hands import LEFT, annotate_all, key
+from tests.gui.hands import LEFT, annotate_all, key, trigger
 
 pytestmark = pytest.mark.window
 
@@ -28,7 +28,7 @@ def test_a_fit_that_takes_long_is_seen_to_work_and_can_be_cancelled(annotating, 
     before = multiprocessing.active_children()
     window.context.actions.refresh()
     assert "(about " in window.context.actions.action("annotate-fit").text(), "told before"
-    window.context.actions.action("annotate-fit").trigger()
+    trigger(window, "annotate-fit")
     qtbot.waitUntil(
         lambda: "forward and backward pass" in window.status.state.text(), timeout=60_000
     )

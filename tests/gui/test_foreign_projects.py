@@ -14,7 +14,7 @@ from stereotrack_core.project.project import Project
 from stereotrack_core.project.runs import keep_run
 from stereotrack_core.project.schema import LANDMARK_SET, SUBJECT
 from stereotrack_core.recording.description import Subject
-from tests.gui.hands import heard
+from tests.gui.hands import heard, trigger
 from tests.project.test_runs import run
 
 pytestmark = pytest.mark.window
@@ -62,7 +62,7 @@ def opened_without_harm(window, qtbot, path) -> str:
             window.context.session.document.go_to(frame)
         for action in ("undo", "undo", "redo"):
             window.context.actions.refresh()
-            window.context.actions.action(action).trigger()
+            trigger(window, action)
         qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
         said += window.messages.text()
     window.context.session.project.give_up()

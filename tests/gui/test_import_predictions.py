@@ -19,6 +19,7 @@ from stereotrack_core.project.predictions import StoredKeypoints
 from stereotrack_core.project.project import Project
 from stereotrack_core.recording.keypoints import keypoints_of, rows_of
 from stereotrack_core.recording.landmarks import LANDMARKS
+from tests.gui.hands import trigger
 from tests.pose_model.installed import installed_detector
 from tests.simulated_keypoints import KeypointErrors, simulated_keypoints
 from tests.tracking.keypoints.mono import mono_recording, truth
@@ -47,7 +48,7 @@ def opened(window, qtbot, tmp_path):
 
 def imported(window, qtbot, folder):
     """Import both files with the dialog; what it has said before."""
-    window.context.actions.action("annotate-import-predictions").trigger()
+    trigger(window, "annotate-import-predictions")
     dialog = window.findChild(PredictionsDialog)
     dialog.add([folder / "N.csv", folder / "S.csv"])
     qtbot.waitUntil(dialog.settled)
@@ -85,27 +86,27 @@ def test_files_are_told_imported_undone_and_removed(opened, qtbot, tmp_path):
     tile = window.context.docks.views.tiles["N"].camera
     assert {mark.landmark for mark in tile.marks.predictions} >= {"left_elbow", "left_hand"}
 
-    action("undo").trigger()
+    trigger(window, "undo")
     qtbot.waitUntil(window.context.tasks.settled)
     assert project.keypoints.sources() == {}
     assert not project.predictions.of_source("rtm")
     assert not action("run").isEnabled()
-    action("redo").trigger()
+    trigger(window, "redo")
     qtbot.waitUntil(window.context.tasks.settled)
     assert project.keypoints.sources() == {"rtm": count}
     assert len(project.predictions.of_source("rtm")) == len(proposed)
 
     window.context.docks.timeline.set_selection(range(2, 4))
     qtbot.waitUntil(window.context.tasks.settled)
-    action("annotate-accept-detector").trigger()
+    trigger(window, "annotate-accept-detector")
     assert {click.frame for click in project.clicks.all()} == {0, 2, 3}
     window.features.annotate.dialogs.remove_predictions("rtm")
     qtbot.waitUntil(window.context.tasks.settled)
     assert project.keypoints.sources() == {}
     assert session.edits.to_undo().words == "remove predictions of rtm"
-    action("undo").trigger()
-    action("redo").trigger()
-    action("undo").trigger()
+    trigger(window, "undo")
+    trigger(window, "redo")
+    trigger(window, "undo")
     qtbot.waitUntil(window.context.tasks.settled)
     assert project.keypoints.sources() == {"rtm": count}
 
@@ -119,7 +120,7 @@ def test_one_of_several_people_is_chosen(opened, qtbot, tmp_path):
         both.append(",".join((*cells[:6], "patient", "x")))
         both.append(",".join((*cells[:3], str(float(cells[3]) + 20), cells[4], "1", "helper", "x")))
     (tmp_path / "both.csv").write_text("\n".join(both) + "\n")
-    window.context.actions.action("annotate-import-predictions").trigger()
+    trigger(window, "annotate-import-predictions")
     dialog = window.findChild(PredictionsDialog)
     assert not dialog.person.isEnabled()
     dialog.add([tmp_path / "both.csv"])
@@ -156,15 +157,14 @@ def slow_disk(monkeypatch):
 def redone(opened, qtbot, slow_disk, tmp_path):
     """The window in which an import was undone and redone, which the disk does not have yet."""
     imported(opened, qtbot, tmp_path)
-    action = opened.context.actions.action
-    action("undo").trigger()
+    trigger(opened, "undo")
     qtbot.waitUntil(opened.context.tasks.settled)
     assert kept_in(tmp_path) == {}
     slow_disk.clear()
     for _ in range(2):
-        action("redo").trigger()
-        action("undo").trigger()
-    action("redo").trigger()
+        trigger(opened, "redo")
+        trigger(opened, "undo")
+    trigger(opened, "redo")
     return opened
 
 
@@ -181,7 +181,7 @@ def test_what_was_redone_is_in_the_file_before_another_one_is_open(
     session, tasks = redone.context.session, redone.context.tasks
     project = session.project.project
     if how == "close recording":
-        redone.context.actions.action("close").trigger()
+        trigger(redone, "close")
     else:
         path = session.project.path if how == "the same project" else small_recording
         session.open(path)
@@ -233,7 +233,7 @@ def filled(window, qtbot, frames=None):
     """Fill the frame that is shown, or these, from the detector; all its predictions."""
     window.context.docks.timeline.set_selection(frames)
     qtbot.waitUntil(window.context.tasks.settled)
-    window.context.actions.action("annotate-detect").trigger()
+    trigger(window, "annotate-detect")
     qtbot.waitUntil(window.context.tasks.settled)
     return predicted(window)
 
@@ -252,25 +252,25 @@ def test_without_a_detector_filling_from_it_says_what_to_install(opened):
 
 def test_the_first_frame_is_filled_from_the_detector_without_any_click(opened, detector, qtbot):
     window, session = opened, opened.context.session
-    project, action = session.project.project, window.context.actions.action
+    project = session.project.project
     first = filled(window, qtbot)
     assert {one.frame for one in first} == {0}
     tile = window.context.docks.views.tiles["N"].camera
     assert {mark.landmark for mark in tile.marks.predictions} >= {"left_elbow", "left_hand"}
     assert f"{len(first)} landmarks predicted" in window.statusBar().currentMessage()
     assert session.edits.to_undo().words == "fill from detector in frame 0"
-    action("undo").trigger()
+    trigger(window, "undo")
     qtbot.waitUntil(window.context.tasks.settled)
     assert predicted(window) == set()
     assert project.keypoints.sources() == {}
-    action("redo").trigger()
+    trigger(window, "redo")
     qtbot.waitUntil(window.context.tasks.settled)
     assert predicted(window) == first
 
     both = filled(window, qtbot, range(2, 4))
     assert first < both, "what was filled before stays"
     assert {one.frame for one in both} == {0, 2, 3}
-    action("annotate-accept-detector").trigger()
+    trigger(window, "annotate-accept-detector")
     assert {click.frame for click in project.clicks.all()} == {2, 3}
 
 
@@ -278,7 +278,7 @@ def test_a_stopped_detection_keeps_nothing(opened, detector, qtbot):
     detector.clear()
     action = opened.context.actions.action("annotate-detect")
     opened.context.docks.timeline.set_selection(range(8))
-    action.trigger()
+    trigger(opened, "annotate-detect")
     qtbot.waitUntil(lambda: any("frame 1 of 8" in one.words for one in opened.context.tasks.tasks))
     assert not action.isEnabled()
     opened.context.tasks.cancel_all()

@@ -17,6 +17,7 @@ from tests.gui.hands import (
     click_truth,
     clicks,
     key,
+    trigger,
     truth,
     undo_words,
     view,
@@ -29,7 +30,7 @@ def test_one_click_gives_a_curve_two_a_prediction_that_one_key_accepts(annotatin
     key(annotating, Qt.Key.Key_F2)  # left images too, so that there are four cameras
     key(annotating, Qt.Key.Key_F2, SHIFT)
     qtbot.waitUntil(annotating.context.tasks.settled, timeout=60_000)
-    annotating.context.actions.action("advance_none").trigger()
+    trigger(annotating, "advance_none")
     click_truth(annotating, "left_hand", "N")
     qtbot.waitUntil(annotating.context.tasks.settled, timeout=60_000)
     curves = view(annotating, "S").marks.curves
@@ -128,7 +129,7 @@ def test_the_reference_is_drawn_as_old_after_a_later_click(annotating, qtbot):
 
     annotating.features.annotate.clicking.toggle_depth()
     annotate_all(annotating, qtbot)
-    annotating.context.actions.action("annotate-fit").trigger()
+    trigger(annotating, "annotate-fit")
     reference = annotating.features.annotate.panels.reference
     qtbot.waitUntil(lambda: reference.now is not None, timeout=120_000)
     key(annotating, Qt.Key.Key_R)
@@ -144,5 +145,5 @@ def test_the_reference_is_drawn_as_old_after_a_later_click(annotating, qtbot):
     key(annotating, Qt.Key.Key_4)
     click(annotating, 30.0, 20.0)
     assert old()
-    annotating.context.actions.action("annotate-fit").trigger()
+    trigger(annotating, "annotate-fit")
     assert not old(), "it was fitted again"

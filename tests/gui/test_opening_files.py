@@ -14,6 +14,7 @@ from stereotrack_core.interop.run_file import write_run
 from stereotrack_core.recording.folder import fingerprint, open_recording
 from stereotrack_core.recording.reader import FrameReader
 from tests.gui.conftest import FRAMES
+from tests.gui.hands import trigger
 from tests.gui.kept_window import open_recording as show_recording
 from tests.gui.made_runs import made_run
 
@@ -131,11 +132,11 @@ def test_recents_stand_in_the_menu(window, qtbot, folder, settings):
     assert first.isVisible()
     assert re.match(r"walk   .*place$", first.text())
     assert not actions.action("recent_2").isVisible()
-    actions.action("close").trigger()
+    trigger(window, "close")
     assert window.welcome.recent.item(0).text().startswith("walk ")
     first.trigger()
     shows(qtbot, window, folder)
-    actions.action("forget_recent").trigger()
+    trigger(window, "forget_recent")
     actions.refresh()
     assert not first.isVisible()
     assert folder.is_dir()

@@ -7,6 +7,7 @@ from PySide6.QtWidgets import QFileDialog
 from app.shell.dialogs import write_picture
 from stereotrack_core.errors import InputError
 from tests.end_to_end.writers import full_disk
+from tests.gui.hands import trigger
 
 pytestmark = pytest.mark.window
 
@@ -28,10 +29,10 @@ def test_another_kind_of_file_is_refused(qapp, tmp_path):
 def test_a_picture_for_which_there_is_no_room_is_missed_in_words(window, tmp_path, monkeypatch):
     path = tmp_path / "window.png"
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_, **__: (str(path), ""))
-    window.context.actions.action("picture").trigger()
+    trigger(window, "picture")
     assert QImage(str(path)).width() == window.grab().width()
     before = path.read_bytes()
     with full_disk(len(before) // 2):
-        window.context.actions.action("picture").trigger()
+        trigger(window, "picture")
     assert path.read_bytes() == before
     assert "could not be written" in window.messages.message.sentence()

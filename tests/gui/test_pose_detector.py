@@ -4,6 +4,7 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QFileDialog, QMessageBox
 
+from tests.gui.hands import trigger
 from tests.gui.seen_texts import faults_of
 from tests.pose_model.small_files import CONTENTS, use_small_files, wheel
 
@@ -21,7 +22,7 @@ def install(window, folder, qtbot, monkeypatch):
 
     def made(path):
         monkeypatch.setattr(QFileDialog, "getOpenFileName", lambda *_, **__: (str(path), ""))
-        window.context.actions.action("install_detector").trigger()
+        trigger(window, "install_detector")
         qtbot.waitUntil(lambda: bool(QApplication.activeModalWidget()), timeout=5_000)
         box = QApplication.activeModalWidget()
         assert isinstance(box, QMessageBox)

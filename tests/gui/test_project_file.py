@@ -13,7 +13,7 @@ from app.__main__ import main
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.project.clicks import place
 from stereotrack_core.project.project import Project
-from tests.gui.hands import window_with
+from tests.gui.hands import trigger, window_with
 
 pytestmark = pytest.mark.window
 
@@ -47,7 +47,7 @@ def test_opening_a_recording_makes_its_project_beside_it(window, qtbot, folder, 
     assert window.context.session.project.path == path.resolve()
     assert window.windowTitle() == "small – walk.stereotrack – stereotrack"
     clicked(window)
-    window.context.actions.action("close").trigger()
+    trigger(window, "close")
     assert window.context.session.project.project is None
     open_path(qtbot, window, folder)
     assert [c.landmark for c in window.context.session.project.project.clicks.at(0)] == ["head"]
@@ -136,7 +136,7 @@ def test_a_recording_that_has_moved_is_asked_for(window, qtbot, folder, tmp_path
     assert len(asked) == 1
     assert "mine.stereotrack" in asked[0]
     assert window.context.session.project.path == path
-    window.context.actions.action("close").trigger()
+    trigger(window, "close")
     open_path(qtbot, window, path)
     assert len(asked) == 1, "it remembers"
     assert len(window.context.session.project.project.clicks.at(2)) == 1

@@ -3,6 +3,7 @@
 import pytest
 from PySide6.QtCore import QPointF, Qt
 
+from tests.gui.hands import trigger
 from tests.gui.made_runs import add_run
 
 pytestmark = pytest.mark.window
@@ -45,7 +46,7 @@ def test_numbers_of_the_runs_are_of_the_selection(reviewing, qtbot):
     timeline.selection_changed.emit(range(4))
     settle(reviewing, qtbot)
     assert lost() == ["0.0", "0.0"]
-    reviewing.context.actions.action("threshold_down").trigger()
+    trigger(reviewing, "threshold_down")
     assert reviewing.features.review.plot.plot.threshold == 40.0
 
 

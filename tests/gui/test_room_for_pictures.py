@@ -8,7 +8,7 @@ from PySide6.QtCore import QPoint, QRect, QRectF, QSize, Qt
 from PySide6.QtWidgets import QApplication, QWidget
 
 from app.session.messages import Message
-from tests.gui.hands import key, view
+from tests.gui.hands import key, trigger, view
 from tests.gui.kept_window import close_window, open_recording, show_window
 
 pytestmark = pytest.mark.window
@@ -61,7 +61,7 @@ def test_portraits_stand_in_a_row_and_landscapes_in_two(
     window = shared_window(four_portraits, "annotate")
     assert rows(window) == [["N", "O", "S", "W"]]
     assert picture_share(window) > 0.3
-    window.context.actions.action("arrange_one-and-more").trigger()
+    trigger(window, "arrange_one-and-more")
     qtbot.waitUntil(window.context.tasks.settled)
     sizes = {name: view(window, name).size() for name in "NOSW"}
     assert all(2 * sizes[name].height() <= sizes["N"].height() for name in "OSW")
@@ -69,7 +69,7 @@ def test_portraits_stand_in_a_row_and_landscapes_in_two(
     window.context.view_state.activate("S")
     QApplication.processEvents()
     assert rows(window)[0][0] == "S"
-    window.context.actions.action("arrange_grid").trigger()
+    trigger(window, "arrange_grid")
     qtbot.waitUntil(window.context.tasks.settled)
     assert rows(window) == [["N", "O", "S", "W"]]
     window = shared_window(four_views, "annotate")
@@ -171,8 +171,8 @@ def test_a_recording_opens_zoomed_to_the_person(
     resize(window, 1366, 768)
     assert rows(window) == [["N", "O"], ["S", "W"]], "whole pictures are landscapes"
     assert camera.zoom == 1.0, "who has asked for the whole picture has it"
-    window.context.actions.action("open_zoomed").trigger()
-    window.context.actions.action("close").trigger()
+    trigger(window, "open_zoomed")
+    trigger(window, "close")
     open_recording(window, qtbot, four_views)
     assert view(window, "N").zoom == 1.0
     close_window(window)

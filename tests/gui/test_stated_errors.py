@@ -21,6 +21,7 @@ from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run import track
 from stereotrack_core.tracking.run_spec import RunSpec
+from tests.gui.hands import trigger
 
 FRAMES = 8
 
@@ -104,11 +105,8 @@ def test_a_reference_that_does_not_say_how_good_it_is_leaves_the_error_alone(tra
     assert judged(entry.now(), None).quality == {}
 
 
-def trigger(window, qtbot, name):
-    window.context.actions.refresh()
-    action = window.context.actions.action(name)
-    assert action.isEnabled(), action.statusTip()
-    action.trigger()
+def triggered(window, qtbot, name):
+    trigger(window, name)
     qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
 
 
@@ -148,7 +146,7 @@ def test_the_person_chooses_what_errors_are_measured_against(annotating, qtbot, 
         == "“by hand”: 8 frames, arm uncertainty 2.0°."
     )
     assert command("errors_against_recording").checked(), "what came with the recording goes first"
-    trigger(window, qtbot, "errors_against_project")
+    triggered(window, qtbot, "errors_against_project")
     assert command("errors_against_project").checked()
     assert "torso long axis [°], reference uncertainty 2.0" in labels(window, qtbot)
     assert (
@@ -165,13 +163,13 @@ def test_the_person_chooses_what_errors_are_measured_against(annotating, qtbot, 
         values, judged(entry.now(), recorded_truth(recorded)).limbs[limb], equal_nan=True
     )}  # fmt: skip
     assert moved, "another reference gives other errors"
-    trigger(window, qtbot, "errors_against_recording")
+    triggered(window, qtbot, "errors_against_recording")
     np.testing.assert_array_equal(
         window.context.session.judging.of(entry).limbs["left_forearm"], by_recording
     )
-    trigger(window, qtbot, "errors_against_project")
+    triggered(window, qtbot, "errors_against_project")
     folder = window.context.session.document.recording.folder
-    trigger(window, qtbot, "close")
+    triggered(window, qtbot, "close")
     window.context.session.open(folder)
     qtbot.waitUntil(lambda: window.context.session.judging.has("project"), timeout=60_000)
     qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)

@@ -13,6 +13,7 @@ from app.session.changes import Part
 from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation.summary import evaluate
 from stereotrack_core.study.description import StudySettings, read_study, write_study
+from tests.gui.hands import trigger
 from tests.gui.made_runs import add_run
 from tests.study.conftest import InThisProcess, study, walks  # noqa: F401 - fixtures
 
@@ -126,7 +127,7 @@ def test_settings_are_tracked_plotted_and_applied(studies, sheet, window, qtbot)
 
 def test_a_sweep_is_a_study_of_the_open_recording(newly_opened, qtbot):
     w = newly_opened
-    w.context.actions.action("sweep").trigger()
+    trigger(w, "sweep")
     qtbot.waitUntil(lambda: not w.context.session.study.working, timeout=30_000)
     shown = w.features.study.window
     assert shown.tabs.currentWidget() is shown.form

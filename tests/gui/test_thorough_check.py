@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QToolButton
 from stereotrack_core.doctor import correcting
 from stereotrack_core.doctor.diagnose import glance
 from stereotrack_core.recording.folder import open_recording as open_folder
+from tests.gui.hands import trigger
 from tests.gui.kept_window import open_recording
 
 pytestmark = pytest.mark.window
@@ -45,7 +46,7 @@ def errors(window):
 def test_what_is_plainly_wrong_is_tracked_only_if_it_is_wanted(wrong, qtbot):
     assert errors(wrong) == ["view N"]  # by a glance at the images
     session = wrong.context.session
-    wrong.context.actions.action("run").trigger()
+    trigger(wrong, "run")
     assert session.track.entry is None
     message = wrong.messages._messages[0]
     assert message.where == "view N"

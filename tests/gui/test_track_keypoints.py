@@ -15,6 +15,7 @@ from stereotrack_core.tracking import detecting
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run import track
 from stereotrack_core.tracking.run_spec import RunSpec
+from tests.gui.hands import trigger
 from tests.simulated_keypoints import KeypointErrors, simulated_keypoints
 from tests.tracking.keypoints.mono import FRAMES, mono_recording, truth
 
@@ -41,10 +42,10 @@ def test_mono_views_are_tracked_with_the_keypoints_of_the_project(window, qtbot,
     qtbot.waitUntil(window.context.tasks.settled)
     action = window.context.actions.action
     assert action("run").isEnabled(), action("run").statusTip()
-    action("use_keypoints").trigger()
+    trigger(window, "use_keypoints")
     qtbot.waitUntil(lambda: not action("run").isEnabled())
     assert "keypoints of two mono views" in action("run").statusTip()
-    action("use_keypoints").trigger()
+    trigger(window, "use_keypoints")
     qtbot.waitUntil(lambda: action("run").isEnabled())
     QTest.keyClick(window, Qt.Key.Key_F8)
     qtbot.waitUntil(lambda: session.track.entry is None and len(session.runs.entries) == 1)
@@ -73,7 +74,7 @@ def tried_and_inspected(window, qtbot):
     trial = window.features.tune.trials.entries[0]
     assert sorted(trial.frames) == [2, 3, 4]
     assert trial.frames[4].tracked
-    context.actions.action("look_inside").trigger()
+    trigger(window, "look_inside")
     inspect = window.context.session.inspection
     qtbot.waitUntil(lambda: inspect.known is not None)
     assert inspect.known.compared == "The result equals the pose of the run."
@@ -81,13 +82,13 @@ def tried_and_inspected(window, qtbot):
     assert kinds == ["predict", "pairs", "sigma", "correct"]
     inspect.go(1)
     assert "There is no cloud" in inspect.step.words
-    context.actions.action("look_inside").trigger()
+    trigger(window, "look_inside")
 
 
 def swept(window, qtbot):
     """A sweep takes the keypoints of the project."""
     study, project = window.context.session.study, window.context.session.project.path
-    window.context.actions.action("sweep").trigger()
+    trigger(window, "sweep")
     qtbot.waitUntil(lambda: not study.working)
     (row,) = study.study.rows
     assert study.study.place(row.keypoints) == project
@@ -157,7 +158,7 @@ def test_keypoints_of_mono_views_come_back_with_a_run(bare, qtbot, tmp_path):
     assert session.keypoints.drawn
     assert window.context.actions.action("trial_now").isEnabled()
     session.document.go_to(4)
-    window.context.actions.action("look_inside").trigger()
+    trigger(window, "look_inside")
     inspect = window.context.session.inspection
     qtbot.waitUntil(lambda: inspect.known is not None)
     assert inspect.known.compared == "The result equals the pose of the run."

@@ -16,6 +16,7 @@ from stereotrack_core.project.exporting import formats_of
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run import track
 from stereotrack_core.tracking.run_spec import RunSpec
+from tests.gui.hands import trigger
 
 pytestmark = pytest.mark.window
 LESS = {"fit_shape": False, "search_proposals": 60, "data_points": 300}
@@ -43,12 +44,6 @@ def standing_still(window):
     os.kill(number, signal.SIGSTOP)
     yield
     os.kill(number, signal.SIGCONT)
-
-
-def trigger(window, name):
-    action = window.context.actions.action(name)
-    assert action.isEnabled(), action.statusTip()
-    action.trigger()
 
 
 def tracked(window) -> int:

@@ -4,7 +4,7 @@ import pytest
 from PySide6.QtCore import QSettings, Qt
 
 from stereotrack_core.project.project import Project
-from tests.gui.hands import key, view, window_with
+from tests.gui.hands import key, trigger, view, window_with
 
 pytestmark = pytest.mark.window
 
@@ -20,8 +20,8 @@ def look(window, qtbot):
     window.context.docks.show_named("annotate")
     key(window, Qt.Key.Key_F2)
     for _ in range(6):
-        window.context.actions.action("brighter").trigger()
-    window.context.actions.action("more_contrast").trigger()
+        trigger(window, "brighter")
+    trigger(window, "more_contrast")
     window.context.session.document.go_to(5)
     qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
 
@@ -60,7 +60,7 @@ def test_it_comes_back_in_another_window(opened, qtbot, small_recording, tmp_pat
 
 def test_what_is_asked_for_is_shown(opened, qtbot, small_recording, tmp_path):
     look(opened, qtbot)
-    opened.context.actions.action("close").trigger()
+    trigger(opened, "close")
     open_path(opened, qtbot, small_recording, frame=2, workspace="calibrate")
     assert shown(opened)[:2] == (2, "calibrate")
     assert set(shown(opened)[2].values()) == {"left"}

@@ -19,6 +19,7 @@ from tests.gui.hands import (
     key,
     point,
     point_and_click,
+    trigger,
     truth,
     undo_words,
     view,
@@ -55,7 +56,7 @@ def test_a_frame_of_four_views_needs_36_clicks_and_no_key(four, qtbot):
     assert len(project.history.entries()) == 36, "a click, an edit"
     key(four, Qt.Key.Key_Z, CTRL, "W")
     assert said(four, "W") == "right hip", "what was taken back is the next one again"
-    four.context.actions.action("advance_frame").trigger()
+    trigger(four, "advance_frame")
     wanted[0] |= annotate_view(four, "W", ["right_hip"])
     for place, name in enumerate("WSNO"):
         assert document.frame == 1
@@ -76,14 +77,14 @@ def test_a_frame_of_four_views_needs_36_clicks_and_no_key(four, qtbot):
     assert said(four, "O") == "right hip", "also in the frame before"
     key(four, Qt.Key.Key_X, name="O")
     assert document.frame == 2, "what is marked as outside is done as well"
-    four.context.actions.action("advance_frame").trigger()
+    trigger(four, "advance_frame")
 
 
 def test_one_landmark_goes_through_the_keyframes(four, qtbot):
     document, project = four.context.session.document, four.context.session.project.project
     project.apply(mark_keyframes((0, 2)))
     for name in ("advance_none", "advance_frame"):
-        four.context.actions.action(name).trigger()
+        trigger(four, name)
     for frame in (0, 2):
         assert document.frame == frame
         qtbot.waitUntil(four.context.tasks.settled, timeout=60_000)
@@ -93,7 +94,7 @@ def test_one_landmark_goes_through_the_keyframes(four, qtbot):
     point_and_click(four, 140.0, 140.0, "N")
     assert document.frame == 2, "a click that is moved finishes nothing"
     assert len(clicks(four, 0)) == len(clicks(four, 2)) == 4
-    four.context.actions.action("advance_frame").trigger()
+    trigger(four, "advance_frame")
 
 
 def test_the_name_stands_at_the_cursor_before_the_click(four, qtbot):
@@ -200,7 +201,7 @@ def test_outside_is_what_is_named_and_not_the_click_before(four):
 
 
 def test_the_choice_stays_where_the_person_wants_it_to(four):
-    four.context.actions.action("advance_none").trigger()
+    trigger(four, "advance_none")
     key(four, Qt.Key.Key_3)
     for name in "NS":
         point_and_click(four, 100.0, 100.0, name)

@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QApplication, QMessageBox
 
 from app.start import WORKSPACE_NAMES
 from app.widgets.camera.camera_view import CameraView
-from tests.gui.hands import double_click, frames_shown, wheel_event
+from tests.gui.hands import double_click, frames_shown, trigger, wheel_event
 from tests.gui.kept_window import close_window, open_recording, show_window
 
 pytestmark = pytest.mark.window
@@ -176,7 +176,7 @@ def test_disparity_and_foreground_are_shown_at_the_same_instant(opened, qtbot):
 
 
 def test_closing_the_recording_goes_back_to_the_welcome_page(opened, qtbot):
-    opened.context.actions.action("close").trigger()
+    trigger(opened, "close")
     assert opened.context.docks.middle.currentWidget() is opened.welcome
     assert opened.welcome.recent.count() == 1
     assert not opened.context.actions.action("run").isEnabled()
@@ -204,7 +204,7 @@ def test_nothing_of_a_closed_window_is_left(qtbot, settings, processes, kept, sm
     made = show_window(qtbot, settings, processes)
     open_recording(made, qtbot, small_recording)
     for name in WORKSPACE_NAMES:
-        made.context.actions.action(f"workspace_{name}").trigger()
+        trigger(made, f"workspace_{name}")
         qtbot.waitUntil(made.context.tasks.settled, timeout=60_000)
     close_window(made)
     left = weakref.ref(made)

@@ -5,7 +5,7 @@ import shutil
 import pytest
 from PySide6.QtCore import QPointF, QRectF, Qt
 
-from tests.gui.hands import click, clicks, key, view
+from tests.gui.hands import click, clicks, key, trigger, view
 
 pytestmark = pytest.mark.window
 
@@ -88,6 +88,6 @@ def test_the_next_frame_follows_its_own_clicks(bare, qtbot):
 
 
 def test_it_says_where_nothing_tells_of_a_person(bare, qtbot):
-    bare.context.actions.action("keep_person").trigger()
+    trigger(bare, "keep_person")
     assert "Click two landmarks" in bare.statusBar().currentMessage()
     assert view(bare, "N").zoom == 1.0

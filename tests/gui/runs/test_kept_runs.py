@@ -11,6 +11,7 @@ from app.session.changes import Part
 from app.session.runs import RunEntry, entry_of_run
 from stereotrack_core.project.runs import keep_run, kept_runs, load_run
 from stereotrack_core.tracking.presets import preset
+from tests.gui.hands import trigger
 from tests.gui.made_runs import add_run, made_run
 from tests.same_run import same_run
 
@@ -108,7 +109,7 @@ def test_a_run_is_named_removed_and_restored(tracking, qtbot):
     assert tracking.context.session.edits.to_undo() is None, "undo knows nothing of runs"
     reopen(tracking, qtbot)
     tracking.context.actions.refresh()
-    tracking.context.actions.action("restore_run").trigger()
+    trigger(tracking, "restore_run")
     settle(tracking, qtbot)
     assert kept(tracking) == names(tracking) == ["with the coat"]
     assert not tracking.features.track.keeper.removed
