@@ -70,8 +70,8 @@ class Memory:
             self.bytes = 0
 
     def _make_room(self, size: int) -> bool:
-        if size > self.limit:
-            return False  # nothing that could be given up would be enough
+        if size > self.limit or self.bytes + size <= self.limit:
+            return size <= self.limit  # giving up all would not be enough, or nothing need go
         for key in list(self._kept):
             if self.bytes + size <= self.limit:
                 break

@@ -113,8 +113,7 @@ class DetectLandmarks:
             boxes = person_boxes(own, Work(stopped=asker.cancelled))
             detector = required_detector()
             asker.kept[_KEPT] = own.folder, detector, boxes
-        frames = range(self.frame, self.frame + 1)
-        seen = detect_keypoints(own, detector, frames, boxes=boxes, cancelled=asker.cancelled)
+        seen = detect_keypoints(own, detector, [self.frame], boxes=boxes)
         names = [view.image.camera for view in own.views if not own.guessed]
         cameras = {name: own.cameras[name] for name in names}
         return tuple(body_predictions(seen, self.landmarks, cameras, self.proportions))

@@ -2,6 +2,7 @@
 
 from argparse import Namespace
 from collections.abc import Sequence
+from itertools import takewhile
 
 from stereotrack_core.cli import options
 from stereotrack_core.cli.output import FAILED, OK, progress, put_facts, put_result, say, stoppable
@@ -53,12 +54,10 @@ def run(args: Namespace) -> int:
     recording = open_recording(args.recording)
     views = views_of(recording, args.views)
     frames = frames_within(args.frames, frame_count(recording, views))
-    model = required_detector() if args.model is None else PoseModel(args.model)
+    model = required_detector() if args.model is None else PoseModel(args.model, args.layout)
     with progress("Detecting", len(frames)) as show, stoppable() as stopped:
-        keypoints = detect_keypoints(
-            recording, model, frames, views=views, layout=args.layout, on_frame=show,
-            cancelled=stopped,
-        )  # fmt: skip
+        wanted = takewhile(lambda _: not stopped(), frames)
+        keypoints = detect_keypoints(recording, model, wanted, views=views, on_frame=show)
         ended = stopped()
     write_table(args.output, keypoints, recording)
     done = len(set(keypoints.frame.tolist()))

@@ -1,6 +1,6 @@
 """Run a pose model over a recording: the same person in picture after picture of every view."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -145,21 +145,18 @@ _TILES_AGAIN = 15  # pictures after which a person who is not found is looked fo
 def detect_keypoints(
     recording: Recording,
     model: PoseModel | PoseDetector,
-    frames: range,
+    frames: Iterable[int],
     *,
     views: Sequence[str] | None = None,
-    layout: str | None = None,
     boxes: Mapping[str, Box] | None = None,
     on_frame: Callable[[int], object] = lambda _done: None,
-    cancelled: Callable[[], bool] = lambda: False,
 ) -> Keypoints:
     """Keypoints of one person in the reference pictures of views, all if none are named.
 
     At first the person is looked for, by a model of the user where anything moves in the recording,
-    afterwards followed from picture to picture. `layout` names in ``LAYOUTS`` the order of the
-    points of such a model, `boxes` are those of :func:`person_boxes` where they are known.
-    `on_frame` is told how many frames are done; once `cancelled` says so, what was found is
-    returned. Raises InputError where a stream cannot be read, or the order is unknown.
+    afterwards followed from picture to picture. `boxes` are those of :func:`person_boxes` where
+    they are known; `on_frame` is told how many frames are done. Raises InputError where a stream
+    cannot be read, nobody is found, or the order of the model's points is unknown.
     """
     chosen = [view for view in recording.views if views is None or view.name in views]
     boxes = person_boxes(recording) if boxes is None else boxes
@@ -170,11 +167,10 @@ def detect_keypoints(
         else _ModelFollower(model, recording, view, boxes.get(view.name))
         for view in chosen
     }
+    layout = None if isinstance(model, PoseDetector) else model.layout
     rows: list[Row] = []
     with FrameReader(recording, views=list(followers)) as reader:
         for done, frame in enumerate(frames, start=1):
-            if cancelled():
-                break
             images = reader.frame_set(frame).views
             for view in chosen:
                 if view.name not in images:

@@ -43,6 +43,7 @@ def _speaking(runtime: ModuleType, do: Callable[..., Any], *given: Any) -> Any:
 class PoseModel:
     """A pose model of an ONNX file, ready to be asked.
 
+    `layout` names in ``LAYOUTS`` the order of its points, if it is not told by their number.
     Raises InputError where the file is none, or onnxruntime is not installed.
 
     Examples
@@ -51,13 +52,13 @@ class PoseModel:
     >>> places, confidence = model.keypoints(picture, crop)
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, layout: str | None = None) -> None:
         missing = "pose models need the library onnxruntime, which is not installed"
         runtime = extra_library(
             "onnxruntime", "detect", missing=missing, where=str(path), instead="another detector"
         )
         check_file(path)
-        self.path = path
+        self.path, self.layout = path, layout
         options = runtime.SessionOptions()
         options.log_severity_level = 3
         given = str(path), options, ["CPUExecutionProvider"]

@@ -170,6 +170,19 @@ def test_the_working_space_is_told():
         assert told.searched_m[name][0] == pytest.approx(400 * 0.12 / high, rel=0.02)
 
 
+def test_a_view_needs_the_ranges_at_which_it_shows_the_volume():
+    recording = stereo_recording()
+    told = working_space(recording, USUAL, passing(recording), names(recording))
+    points = np.random.default_rng(0).uniform(told.low_m, told.high_m, (200_000, 3))
+    for view in recording.views:
+        cam = recording.reference_camera(view)
+        shown = cam.camera_from_world.apply(points)
+        u, v = (cam.matrix @ shown.T)[:2] / shown[:, 2]
+        seen = (shown[:, 2] > 0.3) & (u >= 0) & (u < cam.width) & (v >= 0) & (v < cam.height)
+        far = np.percentile(shown[seen, 2], 95)
+        assert told.needed_m[view.name][1] == pytest.approx(far, abs=0.15)
+
+
 SCALE = 400 * 0.12
 """Focal length times base line: pixels of disparity at 1 m."""
 

@@ -213,12 +213,10 @@ def detector(opened, monkeypatch):
     may_go_on = threading.Event()
     may_go_on.set()
 
-    def detect(_recording, _detector, frames, *, on_frame, cancelled):
+    def detect(_recording, _detector, frames, *, on_frame):
         for done, _frame in enumerate(frames, start=1):
             on_frame(done)
             assert may_go_on.wait(60.0)
-            if cancelled():
-                break
         return seen[np.isin(seen.frame, list(frames))]
 
     monkeypatch.setattr(predicting, "is_installed", lambda: True)

@@ -101,7 +101,6 @@ class PredictionWork:
             seen = detect_keypoints(
                 recording, required_detector(), frames,
                 on_frame=lambda done: say(done, "frame", _DETECTING * done / len(frames)),
-                cancelled=task.token.cancelled,
             )  # fmt: skip
             found: list[Prediction] = []
             for done, frame in enumerate(frames):
