@@ -32,7 +32,7 @@ from stereotrack_core.pose_model.detect import detect_keypoints
 from stereotrack_core.pose_model.detector import required_detector
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.landmarks import LANDMARKS
-from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.recording.reader import FrameReader, reference_pictures
 from stereotrack_core.recording.selection import frames_within, seeds_of
 from stereotrack_core.tables import number
 
@@ -179,7 +179,8 @@ def measured(annotator: Annotator, done: Session) -> tuple[float, ...]:
 def detections_of(recording: Recording, frames: Sequence[int]) -> Detections:
     """What the installed pose detector sees in some frames."""
     every = range(frames[0], frames[-1] + 1, frames[1] - frames[0])
-    seen = detect_keypoints(recording, required_detector(), every)
+    with FrameReader(reference_pictures(recording)) as reader:
+        seen = detect_keypoints(reader, required_detector(), every)
     cameras = {one.image.camera: recording.cameras[one.image.camera] for one in recording.views}
     body = body_predictions(seen, LANDMARKS, cameras, proportions_of(recording.subject))
     return {k: tuple(own) for k, own in groupby(told_once(body), lambda one: one.frame)}

@@ -27,6 +27,7 @@ from stereotrack_core.recording.keypoint_names import exchanged
 from stereotrack_core.recording.keypoints import Keypoints, Row, keypoints_of, rows_of
 from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.recording.person_boxes import person_boxes
+from stereotrack_core.recording.reader import FrameReader, reference_pictures
 from stereotrack_core.recording.sighted_keypoints import MeetingPoints, SightedKeypoints, sighted
 from stereotrack_core.tracking.detecting import KEYPOINT_OFFSETS
 from stereotrack_core.tracking.residuals.reprojection import MEETING_GATE
@@ -108,12 +109,15 @@ class DetectLandmarks:
 
         Raises InputError where the detector is missing, sees nobody or images cannot be read.
         """
-        own, (folder, detector, boxes) = self.recording, asker.kept.get(_KEPT, (None, None, None))
+        own, (folder, detector, boxes, reader) = self.recording, asker.kept.get(_KEPT, [None] * 4)
         if folder != own.folder:
             boxes = person_boxes(own, Work(stopped=asker.cancelled))
             detector = required_detector()
-            asker.kept[_KEPT] = own.folder, detector, boxes
-        seen = detect_keypoints(own, detector, [self.frame], boxes=boxes)
+            if reader is not None:
+                reader.close()
+            reader = FrameReader(reference_pictures(own), cache_bytes=_CACHE, read_ahead=0)
+            asker.kept[_KEPT] = own.folder, detector, boxes, reader
+        seen = detect_keypoints(reader, detector, [self.frame], boxes=boxes)
         names = [view.image.camera for view in own.views if not own.guessed]
         cameras = {name: own.cameras[name] for name in names}
         return tuple(body_predictions(seen, self.landmarks, cameras, self.proportions))
@@ -130,6 +134,7 @@ def told_once(seen: Iterable[Prediction]) -> tuple[Prediction, ...]:
 
 
 _KEPT = "detector"
+_CACHE = 64 * 1024 * 1024  # bytes of pictures, which are seldom looked at twice
 _SPREAD = {"elbow": 0.05, "wrist": 0.07, "hand": 0.09, "ear": 0.025, "head": 0.025}
 """Metres at the person's distance; standard deviation of a sure keypoint in one image."""
 

@@ -25,7 +25,7 @@ from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.keypoint_names import LAYOUTS
 from stereotrack_core.recording.keypoints import Keypoints
-from stereotrack_core.recording.reader import frame_count
+from stereotrack_core.recording.reader import FrameReader, frame_count, reference_pictures
 from stereotrack_core.recording.selection import frames_within, views_of
 from stereotrack_core.tables import Table
 
@@ -57,7 +57,8 @@ def run(args: Namespace) -> int:
     model = required_detector() if args.model is None else PoseModel(args.model, args.layout)
     with progress("Detecting", len(frames)) as show, stoppable() as stopped:
         wanted = takewhile(lambda _: not stopped(), frames)
-        keypoints = detect_keypoints(recording, model, wanted, views=views, on_frame=show)
+        with FrameReader(reference_pictures(recording), views=views) as reader:
+            keypoints = detect_keypoints(reader, model, wanted, on_frame=show)
         ended = stopped()
     write_table(args.output, keypoints, recording)
     done = len(set(keypoints.frame.tolist()))
@@ -86,8 +87,9 @@ def detected_in_views(
         Frames as the command line states them.
     """
     frames = frames_within(asked, frame_count(recording, views))
-    with progress("Detecting", len(frames)) as show:
-        return detect_keypoints(recording, required_detector(), frames, views=views, on_frame=show)
+    pictures = reference_pictures(recording)
+    with progress("Detecting", len(frames)) as show, FrameReader(pictures, views=views) as reader:
+        return detect_keypoints(reader, required_detector(), frames, on_frame=show)
 
 
 @options.command(

@@ -13,6 +13,7 @@ from stereotrack_core.interop.run_journal import RunJournal
 from stereotrack_core.pose_model.detect import detect_keypoints
 from stereotrack_core.pose_model.detector import required_detector
 from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.reader import FrameReader, reference_pictures
 from stereotrack_core.tracking.clouds import Clouds
 from stereotrack_core.tracking.detecting import detects_first
 from stereotrack_core.tracking.frame import Origin, TrackedFrame
@@ -139,7 +140,8 @@ class _Work:
             self._prepare("detecting keypoints", done, len(frames))
 
         note(0)
-        found = detect_keypoints(recording, required_detector(), frames, on_frame=note)
+        with FrameReader(reference_pictures(recording)) as reader:
+            found = detect_keypoints(reader, required_detector(), frames, on_frame=note)
         return dataclasses.replace(spec, keypoints=found)
 
     def _tell_prepared(self, run: Tracking) -> None:

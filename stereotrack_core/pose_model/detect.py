@@ -143,22 +143,21 @@ _TILES_AGAIN = 15  # pictures after which a person who is not found is looked fo
 
 
 def detect_keypoints(
-    recording: Recording,
+    reader: FrameReader,
     model: PoseModel | PoseDetector,
     frames: Iterable[int],
     *,
-    views: Sequence[str] | None = None,
     boxes: Mapping[str, Box] | None = None,
     on_frame: Callable[[int], object] = lambda _done: None,
 ) -> Keypoints:
-    """Keypoints of one person in the reference pictures of views, all if none are named.
+    """Keypoints of one person in the pictures of all views of a reader.
 
     At first the person is looked for, by a model of the user where anything moves in the recording,
     afterwards followed from picture to picture. `boxes` are those of :func:`person_boxes` where
     they are known; `on_frame` is told how many frames are done. Raises InputError where a stream
     cannot be read, nobody is found, or the order of the model's points is unknown.
     """
-    chosen = [view for view in recording.views if views is None or view.name in views]
+    recording, chosen = reader.recording, reader.views
     boxes = person_boxes(recording) if boxes is None else boxes
     source = DETECTOR_NAME if isinstance(model, PoseDetector) else model.path.stem
     followers = {
@@ -169,22 +168,21 @@ def detect_keypoints(
     }
     layout = None if isinstance(model, PoseDetector) else model.layout
     rows: list[Row] = []
-    with FrameReader(recording, views=list(followers)) as reader:
-        for done, frame in enumerate(frames, start=1):
-            images = reader.frame_set(frame).views
-            for view in chosen:
-                if view.name not in images:
-                    continue
-                places, sure = followers[view.name].keypoints(images[view.name].image)
-                names: Sequence[str] = POINT_NAMES
-                if not isinstance(model, PoseDetector):
-                    names = unnamed(len(places), str(model.path), stated=layout)
-                rows += [
-                    (frame, view.image.camera, names[k], *places[k].tolist(), float(sure[k]),
-                     source, 0)
-                    for k in np.flatnonzero(sure >= LEAST_CONFIDENCE).tolist()
-                ]  # fmt: skip
-            on_frame(done)
+    for done, frame in enumerate(frames, start=1):
+        images = reader.frame_set(frame).views
+        for view in chosen:
+            if view.name not in images:
+                continue
+            places, sure = followers[view.name].keypoints(images[view.name].image)
+            names: Sequence[str] = POINT_NAMES
+            if not isinstance(model, PoseDetector):
+                names = unnamed(len(places), str(model.path), stated=layout)
+            rows += [
+                (frame, view.image.camera, names[k], *places[k].tolist(), float(sure[k]),
+                 source, 0)
+                for k in np.flatnonzero(sure >= LEAST_CONFIDENCE).tolist()
+            ]  # fmt: skip
+        on_frame(done)
     if not rows:
         raise InputError(
             "no keypoint was found",

@@ -1,7 +1,6 @@
 """Where the person is in each view, over the whole recording, without any tracking."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
 from typing import TypeAlias
 
 import cv2
@@ -9,7 +8,7 @@ import numpy as np
 
 from stereotrack_core.arrays import BoolArray, Float32Array, ImageArray
 from stereotrack_core.recording.description import Recording, View
-from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.recording.reader import FrameReader, reference_pictures
 from stereotrack_core.work import NO_WORK, Work
 
 Box: TypeAlias = tuple[float, float, float, float]
@@ -33,15 +32,11 @@ def person_boxes(recording: Recording, work: Work = NO_WORK) -> dict[str, Box]:
     is looked for in more frames: nobody stands quite still. A view in which nothing differs, or
     nearly everything, has no box. Raises InputError where a stream cannot be read, and Cancelled.
     """
-    views = tuple(
-        replace(view, kind="mono", left=None, depth=None, mask=None) for view in recording.views
-    )
-    alone = replace(recording, views=views)
-    boxes: dict[str, Box] = {}
+    alone, boxes = reference_pictures(recording), dict[str, Box]()
     with FrameReader(alone, colour=False, cache_bytes=1, read_ahead=0) as reader:
         count, _ = reader.frame_count_so_far()
         seen = _seen(reader, _spread(_FRAMES, count), work)
-        for view in views:
+        for view in alone.views:
             background = reader.background(view.name)
             empty = None if background is None else _small(background[1])
             found = _box(seen[view.name], empty)
@@ -49,7 +44,7 @@ def person_boxes(recording: Recording, work: Work = NO_WORK) -> dict[str, Box]:
                 boxes[view.name] = _scaled(found, recording, view)
         if boxes.keys() < seen.keys():
             seen = _seen(reader, _spread(_MANY_FRAMES, count), work)
-            for view in views:
+            for view in alone.views:
                 sways = None if view.name in boxes else _swaying(seen[view.name])
                 if sways is not None:
                     boxes[view.name] = _scaled(sways, recording, view)

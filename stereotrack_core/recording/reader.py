@@ -7,7 +7,7 @@ import sys
 import threading
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -254,6 +254,12 @@ class FrameReader:
                     self.recording.folder, chosen, self._image_kind
                 )
             return self._backgrounds[view]
+
+
+def reference_pictures(recording: Recording) -> Recording:
+    """The recording with mono views alone: of a stereo or depth view, what is drawn upon."""
+    views = (replace(v, kind="mono", left=None, depth=None, mask=None) for v in recording.views)
+    return replace(recording, views=tuple(views))
 
 
 def _stand_back() -> None:

@@ -14,7 +14,7 @@ import heapq
 import threading
 from bisect import bisect_left, bisect_right
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
@@ -246,8 +246,9 @@ class VideoStream:
         self._counted: int | None = None  # its number, where pictures are counted
 
     def close(self) -> None:
-        """Close the file and stop its background thread."""
+        """Close the file, stop its background thread and free the decoder."""
         self._times.close()
+        self._frames.close()  # It holds this object: decoders stayed until garbage was looked for.
         self._container.close()
 
     def count(self) -> int:
@@ -366,7 +367,7 @@ class VideoStream:
                 keep(number, picture_of(frame, self._kind))
         return wanted
 
-    def _decode(self) -> Iterator[Any]:
+    def _decode(self) -> Generator[Any, None, None]:
         """Pictures from here on; a damaged packet spoils what follows up to the next key frame.
 
         Begins at the first key frame, and leaves out what is decoded after it but shown before:

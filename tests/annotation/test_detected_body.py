@@ -67,7 +67,7 @@ def test_frames_are_detected_one_by_one_and_guessed_cameras_place_nothing(tmp_pa
     monkeypatch.setattr(detected_body, "person_boxes", lambda *_: searches.append(1) or {})
     monkeypatch.setattr(
         detected_body, "detect_keypoints",
-        lambda own, _model, frames, **_: seen_in(own.cameras, list(frames)),
+        lambda reader, _model, frames, **_: seen_in(reader.recording.cameras, list(frames)),
     )  # fmt: skip
     asker = SimpleNamespace(kept={}, cancelled=lambda: False)
     found = [DetectLandmarks(recording, k, LANDMARKS, AVERAGE)(asker) for k in (0, 3)]

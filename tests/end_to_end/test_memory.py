@@ -61,7 +61,9 @@ def test_memory_is_flat_over_many_frames(name, frames, sound):
     spec = RunSpec(preset(name).replaced(**QUICK))
     with (
         EndlessReader(recording, colour=False, cache_bytes=1 << 20) as reader,
-        closing(chain_of(recording, spec, "NOSW", reader)[0]) as chain,
+        closing(
+            chain_of(recording, spec, [view.name for view in recording.views], reader)[0]
+        ) as chain,
         Clouds(recording, spec, CloudSource(chain, reader)) as clouds,
     ):
         run = prepare(clouds)

@@ -11,6 +11,7 @@ from stereotrack_core.pose_model.onnx_model import PoseModel
 from stereotrack_core.recording.description import Recording, Stream, View
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.keypoint_names import COCO_17
+from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.recording.writing import write_png, write_recording_description
 from tests.tracking.recordings import HEIGHT, WIDTH, camera_towards_the_middle
 from tests.tracking.scenes import CAMERAS
@@ -96,7 +97,8 @@ def recording(tmp_path) -> Recording:
 
 def test_a_recording_is_gone_through(recording, tmp_path):
     model = PoseModel(model_file(tmp_path / "m.onnx", simcc=True))
-    found = detect_keypoints(recording, model, range(3))
+    with FrameReader(recording) as reader:
+        found = detect_keypoints(reader, model, range(3))
     assert found.cameras == ("N", "O")
     assert set(found.keypoint.tolist()) <= set(COCO_17)
     for frame in range(3):

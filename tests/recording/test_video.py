@@ -1,6 +1,8 @@
 """Forward, backward and random access give the same pictures for every codec and container."""
 
+import gc
 import random
+import weakref
 
 import av
 import numpy as np
@@ -45,6 +47,19 @@ def test_every_order_of_access_gives_the_frame_of_that_number(video_kind, opened
     assert stream.count_so_far() == (FRAMES, True)
     for k, picture in on_the_way.items():
         assert np.array_equal(picture, pictures[k])
+
+
+def test_a_closed_video_leaves_no_decoder_behind(video_kind, tmp_path, numbered_videos):
+    stream = VideoStream(numbered_videos.of_kind(tmp_path, video_kind), "grey")
+    stream.read(3, forget)
+    gone = weakref.ref(stream)
+    stream.close()
+    gc.disable()
+    try:
+        del stream
+        assert gone() is None, "without waiting for garbage to be looked for"
+    finally:
+        gc.enable()
 
 
 def test_a_frame_behind_the_end_is_refused(video_kind, opened):

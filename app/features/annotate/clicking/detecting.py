@@ -61,6 +61,7 @@ class FrameDetections:
         watch = session.changes.watch
         watch(Part.CLICKS | Part.PLAYING | Part.KEYPOINTS, self._soon.start)
         watch(PROJECT | RECORDING, self._forget)
+        watch(RECORDING, self._process.end)  # it keeps videos open
         watch(Part.WINDOW_CLOSING, self._process.close)
 
     def at(self, frame: int) -> tuple[Prediction, ...]:

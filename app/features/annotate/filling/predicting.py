@@ -20,6 +20,7 @@ from stereotrack_core.project.project import Project
 from stereotrack_core.project.selection import Selection
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.keypoints import Keypoints
+from stereotrack_core.recording.reader import FrameReader, reference_pictures
 
 from ....services.actions import Command
 from ....session.changes import Part
@@ -98,10 +99,11 @@ class PredictionWork:
                 task.report(share, f"{words} {done} of {len(frames)}")
 
             task.report(0.0, "finding the person")
-            seen = detect_keypoints(
-                recording, required_detector(), frames,
-                on_frame=lambda done: say(done, "frame", _DETECTING * done / len(frames)),
-            )  # fmt: skip
+            with FrameReader(reference_pictures(recording)) as reader:
+                seen = detect_keypoints(
+                    reader, required_detector(), frames,
+                    on_frame=lambda done: say(done, "frame", _DETECTING * done / len(frames)),
+                )  # fmt: skip
             found: list[Prediction] = []
             for done, frame in enumerate(frames):
                 say(done, "body", _DETECTING + (1.0 - _DETECTING) * done / len(frames))
