@@ -121,7 +121,10 @@ class Clicks:
         return tuple(one for one in self.again(round_number) if one.frame == frame)
 
     def repeat_differences(self) -> tuple[Difference, ...]:
-        """First against second readings of frames that were annotated again, round by round."""
+        """First against second readings of frames that were annotated again, round by round.
+
+        What was accepted at first is left out: a person's reading of it is the first one.
+        """
         rounds = self._access.rows(
             "SELECT DISTINCT round FROM repeat_click WHERE deleted = 0 ORDER BY round"
         )
@@ -130,7 +133,7 @@ class Clicks:
             second = self.again(number)
             frames = sorted({click.frame for click in second})
             found += differences([one for frame in frames for one in self.at(frame)], second)
-        return tuple(found)
+        return tuple(one for one in found if one.first is None or not one.first.accepted)
 
     def _clicks(self, condition: str, *values: Value, table: str = "click") -> tuple[Click, ...]:
         rows = self._access.rows(

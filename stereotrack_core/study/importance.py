@@ -85,4 +85,5 @@ def effects_words(effects: Sequence[Effect], unit: str) -> str:
         for one in effects
         if np.isfinite(one.share)
     ]
-    return ", ".join(told)
+    together = sum(one.share for one in effects if np.isfinite(one.share)) > 1.0
+    return ", ".join(told) + ("; some were changed together, and share it" if together else "")

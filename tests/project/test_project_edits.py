@@ -338,3 +338,12 @@ class EditedProject(RuleBasedStateMachine):
 
 TestEditedProject = EditedProject.TestCase
 TestEditedProject.settings = settings(max_examples=15, stateful_step_count=20)
+
+
+def test_a_blind_repeat_says_nothing_of_what_was_only_accepted(project):
+    project.apply(place(ELBOW))
+    hand = ELBOW.key._replace(landmark="left_hand")
+    project.apply(accept_points((Prediction(*hand, "run", (50.0, 60.0), 2.0),)))
+    again = (replace(ELBOW, position=(11.0, 20.0)), replace(ELBOW, landmark="left_hand"))
+    project.apply(blind_repeat(1, place_clicks(again)))
+    assert [one.key for one in project.clicks.repeat_differences()] == [ELBOW.key]

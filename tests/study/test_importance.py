@@ -57,3 +57,11 @@ def test_unknown_measures_are_left_out():
     values = np.array([1.0, 2.0, np.nan, 1.0, 2.0, np.nan])
     (one,) = effects({"x": list("abcabc"), "y": list("aaxaax")}, values)
     assert (one.name, one.share) == ("x", pytest.approx(1.0))
+
+
+def test_what_was_changed_together_is_said_to_share_its_effect():
+    values = np.array([10.0, 10.1, 4.0, 4.1])
+    same = ["1", "1", "2", "2"]
+    words = effects_words(effects({"iterations": same, "data_points": same}, values), "deg")
+    assert words.endswith("; some were changed together, and share it")
+    assert "together" not in effects_words(effects({"iterations": same}, values), "deg")

@@ -130,8 +130,8 @@ class FitContext:
 
     def data(self, measurements: Sequence[Click], cloud: Cloud | MeasuredDepth | None) -> FrameData:
         """Clicks of a frame, and its depth where that is used."""
-        clicks = undistorted_clicks(measurements, self.cameras, self.whole.names)
-        s = self.settings
+        s, names = self.settings, self.whole.names
+        clicks = undistorted_clicks(measurements, self.cameras, names, s.outlier_share)
         if cloud is None or not s.use_depth:
             return FrameData(clicks)
         if isinstance(cloud, Cloud):

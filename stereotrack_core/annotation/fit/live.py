@@ -86,7 +86,6 @@ class Descent:
     ) -> None:
         self.expected = expected
         self._freedom, self._clicks = freedom, clicks
-        self._outlier_share = settings.outlier_share
         self._prior = np.concatenate([expected.sigma, shift_sigmas(freedom, settings)]) ** -2.0
 
     def descend(
@@ -128,9 +127,9 @@ class Descent:
         columns = self._freedom.columns
         J = here.clicks.jacobian(here.frames)
         J = J.reshape(len(self._clicks), 2, columns.n)
-        weight = mixture_weight(here.residual, sigma, self._outlier_share)
+        weight = mixture_weight(here.residual, sigma, self._clicks.share)
         spread = J @ P @ np.swapaxes(J, 1, 2)
-        return judged(here.residual, spread, sigma, weight, self._outlier_share), P
+        return judged(here.residual, spread, sigma, weight, self._clicks.share), P
 
     def _seen(self, state: FitState, sigma: FloatArray, *, limited: bool = True) -> _Seen:
         f = self._freedom
@@ -143,7 +142,7 @@ class Descent:
         away = f.pose_difference(self.expected.pose, state.pose)
         expected = np.concatenate([away, -state.offsets.ravel()])
         cost = float(self._prior @ expected**2) + float(
-            mixture_cost(residual, sigma, self._outlier_share).sum()
+            mixture_cost(residual, sigma, self._clicks.share).sum()
         )
         cost += float((limits["innovation"] ** 2 / limits["variance"]).sum())
         return _Seen(state, frames, expected, clicks, residual, limits, cost)
@@ -152,7 +151,7 @@ class Descent:
         """Normal equations at a state; the clicks weighed as the mixture sees them there."""
         columns, frames = self._freedom.columns, here.frames
         A, b = np.diag(self._prior), self._prior * here.expected
-        weight = mixture_weight(here.residual, sigma, self._outlier_share)
+        weight = mixture_weight(here.residual, sigma, self._clicks.share)
         variance = np.repeat(sigma**2 / weight, 2)
         told = information(here.clicks.jacobian(frames).T, here.residual.ravel(), variance)
         told += gathered((here.limits,), frames, columns)

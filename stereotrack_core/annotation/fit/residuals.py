@@ -34,6 +34,7 @@ class Clicks:
     normalised: FloatArray  # (M, 2)
     raw_from_normalised: FloatArray  # (M, 2, 2); pixels
     sigma: FloatArray  # (M,); pixels per axis
+    share: FloatArray  # (M,); how probable an outlier is before anything is known
     rotations: FloatArray  # (M, 3, 3); camera_from_world
     translations: FloatArray  # (M, 3)
 
@@ -42,9 +43,12 @@ class Clicks:
 
 
 def undistorted_clicks(
-    measurements: Sequence[Click], cameras: Mapping[str, Camera], names: Sequence[str]
+    measurements: Sequence[Click], cameras: Mapping[str, Camera], names: Sequence[str], share: float
 ) -> Clicks:
-    """Free clicks from distortion. Raises KeyError for an unknown camera or landmark."""
+    """Free clicks from distortion, of which a `share` are outliers.
+
+    Raises KeyError for an unknown camera or landmark.
+    """
     known = tuple(cameras)
     index_of = {name: i for i, name in enumerate(known)}
     camera = np.array([index_of[one.camera] for one in measurements], dtype=np.int64)
@@ -64,9 +68,25 @@ def undistorted_clicks(
         normalised=normalised,
         raw_from_normalised=stretch,
         sigma=np.array([one.sigma for one in measurements], dtype=np.float64),
+        share=_outlier_shares(measurements, share),
         rotations=np.array([place.rotation for place in places]).reshape(-1, 3, 3),
         translations=np.array([place.translation for place in places]).reshape(-1, 3),
     )
+
+
+def _outlier_shares(clicks: Sequence[Click], share: float) -> FloatArray:
+    """Share of outliers (M,) among clicks such as each of them.
+
+    Where a person clicked a landmark that is accepted in other images of the frame, what is
+    accepted is wrong in all of them or in none: each alone, three would make the one an outlier.
+    """
+    accepted = {(one.frame, one.landmark) for one in clicks if one.accepted}
+    contested = accepted & {(one.frame, one.landmark) for one in clicks if not one.accepted}
+    factor = [
+        1.0 if (c.frame, c.landmark) not in contested else _SUSPECT if c.accepted else _BELIEVED
+        for c in clicks
+    ]
+    return np.asarray(np.clip(share * np.array(factor, dtype=np.float64), 1e-12, 0.5))
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,13 +191,18 @@ class Judgement:
         return np.maximum(1.0 - self.outlier_probability, _LEAST_WEIGHT)
 
 
+_SUSPECT, _BELIEVED = 20.0, 1e-3  # on the share of outliers; see :func:`_outlier_shares`
 _OUTLIER_SPREAD = 70.0  # pixels per axis; standard deviation of outliers
 
 
 def judged(
-    residual: FloatArray, spread: FloatArray, sigma: FloatArray, weight: FloatArray, share: float
+    residual: FloatArray,
+    spread: FloatArray,
+    sigma: FloatArray,
+    weight: FloatArray,
+    share: FloatArray,
 ) -> Judgement:
-    """Judge clicks by all but themselves, expecting a share of outliers.
+    """Judge clicks by all but themselves, expecting a share (M,) of outliers.
 
     `residual` (M, 2) is click minus fitted place in pixels, `spread` (M, 2, 2) the covariance
     J P J' of the fitted places, in which the clicks took part with the variance sigma^2 / weight.
@@ -198,18 +223,18 @@ def judged(
     wrong = right + _OUTLIER_SPREAD**2 * eye
     surprise = np.einsum("mi,mi->m", alone, np.linalg.solve(right, alone[..., None])[..., 0])
     log_right = _log_normal(alone, right) + np.log1p(-share)
-    log_wrong = _log_normal(alone, wrong) + np.log(max(share, 1e-12))
+    log_wrong = _log_normal(alone, wrong) + np.log(share)
     outlier = np.exp(log_wrong - np.logaddexp(log_right, log_wrong))
     return Judgement(outlier, leverage, surprise)
 
 
-def mixture_cost(residual: FloatArray, sigma: FloatArray, share: float) -> FloatArray:
+def mixture_cost(residual: FloatArray, sigma: FloatArray, share: FloatArray) -> FloatArray:
     """Cost (M,) of residuals (M, 2) in pixels: -2 log of how probable they are, 0 for none."""
     right, wrong = _mixture(residual, sigma, share)
     return -2.0 * np.logaddexp(right, wrong)
 
 
-def mixture_weight(residual: FloatArray, sigma: FloatArray, share: float) -> FloatArray:
+def mixture_weight(residual: FloatArray, sigma: FloatArray, share: FloatArray) -> FloatArray:
     """Weights (M,) on 1 / sigma^2 of a step that lowers the mixture's cost; never zero."""
     right, wrong = _mixture(residual, sigma, share)
     outlier = np.exp(wrong - np.logaddexp(right, wrong))
@@ -217,13 +242,13 @@ def mixture_weight(residual: FloatArray, sigma: FloatArray, share: float) -> Flo
 
 
 def _mixture(
-    residual: FloatArray, sigma: FloatArray, share: float
+    residual: FloatArray, sigma: FloatArray, share: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Logarithms (M,) of how probable residuals are of right and of wrong clicks."""
     squared = (residual**2).sum(axis=1)
     wide = sigma**2 + _OUTLIER_SPREAD**2
     right = np.log1p(-share) - 0.5 * squared / sigma**2
-    wrong = np.log(max(share, 1e-12)) - 0.5 * squared / wide + np.log(sigma**2 / wide)
+    wrong = np.log(share) - 0.5 * squared / wide + np.log(sigma**2 / wide)
     return right, wrong
 
 

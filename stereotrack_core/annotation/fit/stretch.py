@@ -243,9 +243,9 @@ class Stretch:
 
     def weighed(self, clicks: Clicks, state: FitState) -> Judgement:
         """Weigh the clicks of a frame by where a state puts their landmarks."""
-        s, row = self.settings, self._click_residual(clicks, state)
+        row = self._click_residual(clicks, state)
         residual = row.missed(self.freedom.body_at(state.offsets).frames(state.pose))
-        weight = mixture_weight(residual, clicks.sigma, s.outlier_share)
+        weight = mixture_weight(residual, clicks.sigma, clicks.share)
         return replace(_all_right(clicks), outlier_probability=1.0 - weight)
 
     def judge(
@@ -259,7 +259,7 @@ class Stretch:
         J = row.jacobian(frames).reshape(len(clicks), 2, -1)
         residual = row.missed(frames)
         spread = J @ P @ np.swapaxes(J, 1, 2)
-        return judged(residual, spread, sigma, old.weight, self.settings.outlier_share)
+        return judged(residual, spread, sigma, old.weight, clicks.share)
 
 
 def _sigmas(clicks: Clicks, i: int) -> FloatArray:

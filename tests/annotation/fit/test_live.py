@@ -1,8 +1,11 @@
 """One frame fitted by itself: near the truth, honest about what it does not know."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from stereotrack_core.annotation.click import ACCEPTED, measurements
 from stereotrack_core.annotation.fit.results import PROBABLE
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.body.limbs import LIMBS
@@ -47,6 +50,21 @@ def test_an_outlier_is_named_and_does_not_pull():
     landmark = clicks[wrong].landmark
     assert f"{landmark.replace('_', ' ')} in {clicks[wrong].camera}" in fit.words[0]
     assert "outlier" in fit.words[0]
+
+
+def test_a_click_of_a_person_beats_what_was_accepted_in_the_other_images():
+    rng, elbow = np.random.default_rng(5), NINE.names.index("right_elbow")
+    clicks = [replace(one, sigma=None) for one in clicked(0, rng)]
+    wrong = places(0)[elbow] + [0.12, -0.06, 0.08]
+    for i, one in enumerate(clicks):
+        if one.landmark == "right_elbow" and one.camera != "N":
+            there = tuple(CAMERAS[one.camera].project(wrong))
+            clicks[i] = replace(one, position=there, origin=ACCEPTED)
+    fit = fitting().frame(measurements(clicks, NINE.names))
+    own = next(i for i, c in enumerate(clicks) if (c.landmark, c.camera) == ("right_elbow", "N"))
+    assert fit.outlier_probability[own] < PROBABLE
+    missed = CAMERAS["N"].project(fit.landmarks_world[elbow]) - clicks[own].position
+    assert np.linalg.norm(missed) < 6.0
 
 
 def test_a_lone_camera_leaves_the_distance_open_and_says_so():
