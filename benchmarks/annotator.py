@@ -170,10 +170,9 @@ def measured(annotator: Annotator, done: Session) -> tuple[float, ...]:
     off = 1000.0 * np.linalg.norm(fit.landmarks[rows] - truth, axis=-1)
     stated = 1000.0 * np.sqrt(np.trace(fit.covariance[rows], axis1=-2, axis2=-1))
     by_hand, keys = done.by_hand / count, done.keys / count
-    seconds = KEY_SECONDS * keys + CLICK_SECONDS * by_hand
     right = 100.0 * float(np.mean(done.right)) if done.right else np.nan
     errors = np.nanmean(off), np.sqrt(np.nanmean(off**2)), np.sqrt(np.nanmean(stated**2))
-    return by_hand, keys, seconds, right, *map(float, errors)
+    return by_hand, keys, KEY_SECONDS * keys + CLICK_SECONDS * by_hand, right, *map(float, errors)
 
 
 def detections_of(recording: Recording, frames: Sequence[int]) -> Detections:

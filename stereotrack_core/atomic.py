@@ -56,16 +56,13 @@ def replacing(path: Path, is_whole: Check | None = None) -> Iterator[Path]:
     """
     path = Path(path)
     if path.is_dir():
-        raise InputError(
-            "this is a folder", where=str(path), remedy="Give the name of a file in it."
-        )
+        raise InputError("this is a folder", path, "Give the name of a file in it.")
     temporary = path.with_name(f".{path.stem}-{uuid.uuid4().hex}{path.suffix}")
     try:
         temporary.touch(exist_ok=False)
     except OSError as error:
-        what = f"cannot write a file here ({error.strerror})"
         remedy = "Choose a folder that exists and that you may write to."
-        raise InputError(what, where=str(path), remedy=remedy) from error
+        raise InputError(f"cannot write a file here ({error.strerror})", path, remedy) from error
     whole = False
     try:
         yield temporary
@@ -88,7 +85,7 @@ def make_folder(folder: Path) -> None:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         what = f"the folder cannot be created ({error.strerror})"
-        raise InputError(what, where=str(folder), remedy="Choose another place.") from error
+        raise InputError(what, folder, "Choose another place.") from error
 
 
 @contextmanager
@@ -102,16 +99,13 @@ def filling(folder: Path) -> Iterator[Path]:
     target = Path(folder).resolve()
     there = target.is_dir()  # then perhaps a drive of its own, and nothing may be made beside it
     if target.exists() and not there:
-        raise InputError(
-            "this is not a folder", where=str(folder), remedy="Give the name of a folder."
-        )
+        raise InputError("this is not a folder", folder, "Give the name of a folder.")
     workplace = (target if there else target.parent) / f".{target.name}-{uuid.uuid4().hex}"
     try:
         workplace.mkdir(parents=True)
     except OSError as error:
         what = f"cannot write here ({error.strerror})"
-        remedy = "Choose a folder that you may write to."
-        raise InputError(what, where=str(folder), remedy=remedy) from error
+        raise InputError(what, folder, "Choose a folder that you may write to.") from error
     try:
         with writing(None if there else target):
             yield workplace
@@ -122,7 +116,7 @@ def filling(folder: Path) -> Iterator[Path]:
                 workplace.rename(target)
     except InputError as error:
         where = error.where.replace(str(workplace), str(folder))
-        raise InputError(error.what, where=where, remedy=error.remedy) from error
+        raise InputError(error.what, where, error.remedy) from error
     except OSError as error:
         raise _unwritten("folder", folder, error) from error
     finally:
@@ -140,8 +134,8 @@ def forget_unfinished(path: Path) -> None:
 def _unwritten(what: str, path: Path, error: OSError) -> InputError:
     return InputError(
         f"the {what} could not be written ({error.strerror or error})",
-        where=str(path),
-        remedy="Free space on the drive, or choose another place. No data were lost.",
+        path,
+        "Free space on the drive, or choose another place. No data were lost.",
     )
 
 

@@ -7,6 +7,7 @@ import pickle
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
 _MOST_ALIKE = 6
@@ -27,9 +28,9 @@ class InputError(Exception):
     the middle of what is very long is left out.
     """
 
-    def __init__(self, what: str, *, where: str = "", remedy: str = "") -> None:
+    def __init__(self, what: str, where: Path | str = "", remedy: str = "") -> None:
         self.what = what = one_line(shortened(what, 2 * _MOST_OF_A_VALUE))
-        self.where = where = one_line(shortened(where, _MOST_OF_A_PLACE))
+        self.where = where = one_line(shortened(str(where), _MOST_OF_A_PLACE))
         self.remedy = remedy = one_line(shortened(remedy, _MOST_OF_A_REMEDY))
         sentence = f"{where}: {what}" if where else what
         super().__init__(f"{sentence}. {remedy}".strip() if remedy else sentence)

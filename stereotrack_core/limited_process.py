@@ -74,7 +74,7 @@ def read_apart(
         why = "or too large: it unfolds into too many numbers"
         if not answer:
             why = f"or too large: reading it takes more than {memory / GB:.1f} GB of memory"
-    raise InputError(f"the file is damaged {why}", where=str(path), remedy=remedy)
+    raise InputError(f"the file is damaged {why}", path, remedy)
 
 
 def _name_of(lost: Lost) -> str:

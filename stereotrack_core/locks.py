@@ -123,7 +123,7 @@ class FileLock:
     def _locked(self) -> IO[bytes]:
         if self._path.is_symlink() or (self._path.exists() and not self._path.is_file()):
             what = "this is not a file that the program has made"
-            raise InputError(what, where=str(self._path), remedy="Remove it.")
+            raise InputError(what, self._path, "Remove it.")
         while True:
             file = self._opened()
             try:
@@ -165,8 +165,7 @@ def lock_output(path: Path) -> FileLock:
             time.sleep(_TRY_SECONDS)
         except OSError as error:
             what = f"cannot write here ({error.strerror})"
-            remedy = "Choose a folder that you may write to."
-            raise InputError(what, where=str(path.parent), remedy=remedy) from error
+            raise InputError(what, path.parent, "Choose a folder that you may write to.") from error
     raise _in_use(path)
 
 
@@ -192,7 +191,7 @@ def writing(path: Path | None) -> Iterator[None]:
 def _in_use(path: Path) -> InputError:
     what = f"this output is being written by {lock_owner(path) or 'another process'}"
     remedy = "Wait until it has finished, stop it, or choose another output."
-    return InputError(what, where=str(path), remedy=remedy)
+    return InputError(what, path, remedy)
 
 
 def lock_owner(path: Path) -> Owner | None:

@@ -99,9 +99,7 @@ class ParameterRow:
         return str(value)
 
     def _refusal(self, value: Value, right: str) -> InputError:
-        return InputError(
-            f"{value!r} is not a valid value", where=self.name, remedy=f"Give {right}."
-        )
+        return InputError(f"{value!r} is not a valid value", self.name, f"Give {right}.")
 
 
 def value_text(value: Value) -> str:
@@ -184,9 +182,8 @@ class ParameterGroup:
             if name not in known:
                 raise InputError(
                     f"unknown parameter {name!r}",
-                    where="--set",
-                    remedy=did_you_mean(name, known).rstrip()
-                    or f"Available: {', '.join(sorted(known))}.",
+                    "--set",
+                    did_you_mean(name, known).rstrip() or f"Available: {', '.join(sorted(known))}.",
                 )
         return self._replaced(values)
 
@@ -222,6 +219,6 @@ def parsed_settings(texts: Sequence[str]) -> dict[str, Value]:
     for text in texts:
         name, sign, value = text.partition("=")
         if not sign or not name.strip():
-            raise InputError(f"{text!r} cannot be read", where="--set", remedy="Write NAME=VALUE.")
+            raise InputError(f"{text!r} cannot be read", "--set", "Write NAME=VALUE.")
         result[name.strip()] = value.strip()
     return result

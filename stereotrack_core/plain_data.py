@@ -34,26 +34,25 @@ def checked_tree(content: Any, where: str) -> None:
         value, place = waiting.pop()
         if isinstance(value, Mapping | list):
             if len(place) >= DEEPEST:
-                what = "it is nested too deeply"
                 remedy = f"Use at most {DEEPEST} levels of lists and tables."
-                raise InputError(what, where=_at(where, place[:3]), remedy=remedy)
+                raise InputError("it is nested too deeply", _at(where, place[:3]), remedy)
             inner = value.items() if isinstance(value, Mapping) else enumerate(value)
             waiting += [(one, (*place, key)) for key, one in inner if not _is_sound(one)]
             if isinstance(value, Mapping):
                 waiting += [(key, place) for key in value if not _is_sound(key)]
         elif isinstance(value, str):
             what = "a text contains invalid characters"
-            raise InputError(what, where=_at(where, place), remedy="Write the file again.")
+            raise InputError(what, _at(where, place), "Write the file again.")
         elif isinstance(value, int):
             what = f"a number of about {int(0.30103 * value.bit_length())} digits is too large"
-            raise InputError(what, where=_at(where, place), remedy="Write a smaller number.")
+            raise InputError(what, _at(where, place), "Write a smaller number.")
 
 
 def check_kind(content: Any, kind: Kind, where: str, remedy: str) -> None:
     """Refuse plain data of another kind than they shall be: InputError, which names the key."""
     for place, value, wanted in _wrong(content, kind, ()):
         what = f"{shortened(repr(value))} is not {_said(wanted)}"
-        raise InputError(what, where=_at(where, place), remedy=remedy)
+        raise InputError(what, _at(where, place), remedy)
 
 
 def _wrong(value: Any, kind: Kind, place: tuple[Any, ...]) -> Iterator[_Wrong]:

@@ -107,14 +107,11 @@ def decoding(where: Path | str, what: str, remedy: str) -> Iterator[None]:
     try:
         yield
     except FileNotFoundError:
-        raise InputError(
-            "there is no such file", where=str(where), remedy="Check the path."
-        ) from None
+        raise InputError("there is no such file", where, "Check the path.") from None
     except _OF_DECODERS as error:
         why = reason(error)
-        raise InputError(
-            f"{what} ({why})" if why else what, where=str(where), remedy=readable(error, remedy)
-        ) from error
+        what = f"{what} ({why})" if why else what
+        raise InputError(what, where, readable(error, remedy)) from error
 
 
 def reason(error: Exception) -> str:
@@ -150,10 +147,10 @@ def _check_kind(where: Path | str, found: os.stat_result) -> None:
     if stat.S_ISREG(found.st_mode):
         return
     kind = _KINDS.get(stat.S_IFMT(found.st_mode), "something else")
-    raise InputError(f"this is {kind}, not a file", where=str(where), remedy="Use a regular file.")
+    raise InputError(f"this is {kind}, not a file", where, "Use a regular file.")
 
 
 def _check_size(path: Path, size: int, at_most: int | None) -> None:
     if at_most is not None and size > at_most:
         what = f"the file has more than {at_most // MB} MB, too large for this type of file"
-        raise InputError(what, where=str(path), remedy="Check that it is the right file.")
+        raise InputError(what, path, "Check that it is the right file.")

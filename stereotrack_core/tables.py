@@ -126,11 +126,10 @@ def read_rows(
     foreign = any(sign in name for name in header for sign in ";\t")
     missing = [name for name in columns if name not in header]
     if missing:
-        what = f"the column {missing[0]!r} is missing in the first line"
         remedy = f"Write the first line as {','.join(columns)}" + (
             ", with commas between the values and decimal points." if foreign else "."
         )
-        raise InputError(what, where=str(path), remedy=remedy)
+        raise InputError(f"the column {missing[0]!r} is missing in the first line", path, remedy)
     there = [*columns, *(name for name in optional if name in header)]
     place = {name: header.index(name) for name in there}
     rows = []
@@ -150,8 +149,8 @@ def read_rows(
 def _wrong_length(path: Path, number: int, line: list[str], header: list[str]) -> InputError:
     return InputError(
         f"line {number} has {len(line)} values, expected {len(header)}",
-        where=str(path),
-        remedy="Add the missing values or delete the line."
+        path,
+        "Add the missing values or delete the line."
         if len(line) < len(header)
         else "Use decimal points, and commas only between values.",
     )
@@ -167,7 +166,7 @@ def finite_number(
             return value
     except ValueError:
         pass
-    raise InputError(f"line {line} has {text!r} as {column}", where=str(path), remedy=remedy)
+    raise InputError(f"line {line} has {text!r} as {column}", path, remedy)
 
 
 def number_or_nan(text: str, path: Path, line: int, column: str) -> float:
@@ -179,7 +178,7 @@ def whole_number(text: str, path: Path, line: int, column: str) -> int:
     """Whole number in a cell (``3`` or ``3.0``); InputError where it is none."""
     value = finite_number(text, path, line, column, _WHOLE)
     if value != int(value):
-        raise InputError(f"line {line} has {text!r} as {column}", where=str(path), remedy=_WHOLE)
+        raise InputError(f"line {line} has {text!r} as {column}", path, _WHOLE)
     return int(value)
 
 
@@ -200,11 +199,10 @@ def read_csv_table(path: Path) -> tuple[tuple[str, ...], tuple[tuple[str, ...], 
     filled = [(number, line) for number, line in enumerate(read_cells(path), start=1) if any(line)]
     if not filled or not all(filled[0][1]) or len(set(filled[0][1])) < len(filled[0][1]):
         what = "the first line must name every column exactly once"
-        remedy = "Write the column names, separated by commas."
-        raise InputError(what, where=str(path), remedy=remedy)
+        raise InputError(what, path, "Write the column names, separated by commas.")
     headings = filled[0][1]
     for number, line in filled[1:]:
         if len(line) != len(headings):
             what = f"line {number} has {len(line)} values, expected {len(headings)}"
-            raise InputError(what, where=str(path), remedy="Write one value per column.")
+            raise InputError(what, path, "Write one value per column.")
     return tuple(headings), tuple(tuple(line) for _, line in filled[1:])

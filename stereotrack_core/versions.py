@@ -45,7 +45,7 @@ def _not_installed(extra: str, missing: str, where: str, instead: str) -> InputE
     remedy = f"Install it with `pip install 'stereotrack[{extra}]'`, or use {instead}."
     if getattr(sys, "frozen", False):  # nothing can be installed into it
         remedy = f"The stand-alone program does not have it. {remedy}"
-    return InputError(missing, where=where, remedy=remedy)
+    return InputError(missing, where, remedy)
 
 
 @cache  # it reads and parses a file

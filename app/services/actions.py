@@ -34,7 +34,7 @@ class Command:
     menu: str  # menu that it stands in, with submenus after a slash
     text: str
     tip: str
-    run: Callable[[], None]
+    run: Callable[[], object]
     shortcut: str = ""  # key sequence it has unless the person chooses another
     icon: str = ""
     why_not: Callable[[], str] = str  # why it cannot be done now, as a sentence; empty where it can
@@ -71,7 +71,7 @@ class Menu:
         name: str,
         text: str,
         tip: str,
-        run: Callable[[], None],
+        run: Callable[[], object],
         shortcut: str = "",
         icon: str = "",
         **more: Any,
@@ -206,7 +206,9 @@ class ActionRegistry(QObject):
         named = [name for name, used in self._keys.items() if keys and used == keys]
         # of two commands with the same keys the one that comes second has the usual meaning
         name = min(named, key=lambda one: self._commands[one].goes_first, default=None)
-        typing = isinstance(QApplication.focusWidget(), _TEXT_FIELDS)
+        # a list does what Enter means there, and hands the key on nonetheless
+        takes = (*_TEXT_FIELDS, QAbstractItemView) if keys == "Return" else _TEXT_FIELDS
+        typing = isinstance(QApplication.focusWidget(), takes)
         if name is None or typing or self._actions[name].isEnabled():
             return False
         if why_not := self._commands[name].why_not():

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import chain
 
 from PySide6.QtCore import QByteArray, QObject, QSettings, QSignalBlocker, QSize, Qt, Signal
 from PySide6.QtWidgets import QDockWidget, QMainWindow, QStackedWidget, QTabBar, QWidget
@@ -11,7 +12,7 @@ from ..widgets.camera.camera_grid import CameraGrid
 from ..widgets.forms.message import BarsBelow
 from ..widgets.forms.numbers import WholeNumberField
 from ..widgets.scene.scene_view import SceneView
-from ..widgets.style.building import hbox, label, vbox
+from ..widgets.style.building import hbox, holder, label, vbox
 from ..widgets.timeline.timeline_view import TimelineView
 from .failures import Notifier
 from .focus import FocusWalk, is_in_front
@@ -52,9 +53,6 @@ class Workspace:
     no_panels: Callable[[], str] = field(default=str, compare=False)
     """Why its panels have nothing to show, so that its page stands alone; empty where they have."""
 
-    def has(self, panel: str) -> bool:
-        return panel in self.bottom or any(panel in names for names in self.side)
-
 
 def _clear(window: QMainWindow) -> None:
     """Take all panels away; Qt keeps their places, and brings those back that were shown.
@@ -90,18 +88,6 @@ def _stack(
         docks[first].raise_()
 
 
-def _shares(space: Workspace) -> dict[str, tuple[float, float]]:
-    """Width and height of panels by default, as shares of the window.
-
-    Heights at the right are those of a window without anything else.
-    """
-    heights, whole = space.side_heights, sum(space.side_heights)
-    side = zip(space.side, heights, strict=True)
-    below = zip(space.bottom, space.bottom_shares, strict=True)
-    shares = {names[0]: (space.side_share, height / whole) for names, height in side}
-    return shares | {name: (1.0, share) for name, share in below}
-
-
 def _resize(
     window: QMainWindow, sizes: Mapping[QDockWidget, float], orientation: Qt.Orientation
 ) -> None:
@@ -119,19 +105,15 @@ class Transport(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        self.number = WholeNumberField()
-        self.number.setAccessibleName("Frame")
-        self.number.setToolTip("Frame number, counted from 0")
-        self.number.setKeyboardTracking(False)
-        self.number.setButtonSymbols(WholeNumberField.ButtonSymbols.NoButtons)
-        self.number.setAlignment(Qt.AlignmentFlag.AlignRight)
-        self.number.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
-        self.number.setMinimumWidth(56)
+        self.number = WholeNumberField(
+            accessibleName="Frame", toolTip="Frame number, counted from 0", minimumWidth=56,
+            keyboardTracking=False, buttonSymbols=WholeNumberField.ButtonSymbols.NoButtons,
+            alignment=Qt.AlignmentFlag.AlignRight, focusPolicy=Qt.FocusPolicy.ClickFocus,
+        )  # fmt: skip
         self._length = label("", "muted", wraps=False)
         name = label("Frame", wraps=False)
         self.setLayout(hbox(name, self.number, self._length, margins=(4, 0, 4, 0)))
-        self._fps = 1.0
-        self._count = 0
+        self._fps, self._count = 1.0, 0
         self.number.editingFinished.connect(self.number.clearFocus)
         self.set_range(0, 1.0)
 
@@ -192,12 +174,11 @@ class Docks(QObject):
         self.middle.addWidget(self.views)
         self._pages: dict[str, QWidget] = {"": self.views}
         host.setCentralWidget(self.middle)
-        self._below_views = BarsBelow(self.middle)
+        self.below_views = BarsBelow(self.middle).column
+        """Bars below the views or the page in the middle, which leave them room."""
         self.add("scene", "3-D scene", self.scene)
-        both = QWidget()
-        self._timeline_column = vbox((self.timeline, 1), spacing=0)
-        both.setLayout(self._timeline_column)
-        dock = self.add("timeline", "Timeline", both, titled=False)
+        self.timeline_column = vbox((self.timeline, 1), spacing=0)
+        dock = self.add("timeline", "Timeline", holder(self.timeline_column), titled=False)
         # the timeline is the scrubber: it stays where it is
         dock.setFeatures(QDockWidget.DockWidgetFeature.NoDockWidgetFeatures)
 
@@ -212,13 +193,6 @@ class Docks(QObject):
             dock.setTitleBarWidget(QWidget())
         self._docks[name] = dock
         return dock
-
-    def add_below_views(self, bar: QWidget) -> None:
-        """Let a bar stand below the views or the page in the middle, which leave it room."""
-        self._below_views.column.addWidget(bar)
-
-    def add_above_timeline(self, widget: QWidget) -> None:
-        self._timeline_column.insertWidget(0, widget)
 
     def add_page(self, name: str, page: QWidget) -> None:
         """Add a page that a workspace may have in the middle in place of the views."""
@@ -259,8 +233,8 @@ class Docks(QObject):
 
     def show_workspace_for(self, panel: str, name: str) -> None:
         """Show a workspace for a panel, unless that is here or belongs to the present one."""
-        space = self._workspaces.get(name)
-        if self._shown is None or self._shown.has(panel) or self.is_shown(panel):
+        now, space = self._shown, self._workspaces.get(name)
+        if now is None or self.is_shown(panel) or panel in (*now.bottom, *chain(*now.side)):
             return
         if space is not None and not space.why_not():
             self.show_workspace(name)
@@ -271,12 +245,12 @@ class Docks(QObject):
 
     def make_room(self, name: str, share: float) -> None:
         """Let a panel's column go down to the lower end, and give the panel so much of it."""
-        dock = self._docks[name]
-        if self._before is None and not dock.isHidden():
+        if self._before is None and self.is_shown(name):
             self._before = self._host.saveState()
             self._host.setCorner(_CORNER, Qt.DockWidgetArea.RightDockWidgetArea)
-            high = round(share * self.middle.height())
-            self._host.resizeDocks([dock], [high], Qt.Orientation.Vertical)
+            self._host.resizeDocks(
+                [self._docks[name]], [round(share * self.middle.height())], _DOWN
+            )
 
     def give_room_back(self) -> None:
         """Take back what :meth:`make_room` did."""
@@ -360,9 +334,14 @@ class Docks(QObject):
         host.setCorner(_CORNER, corner)
         _stack(host, docks, area.RightDockWidgetArea, space.side)
         _stack(host, docks, area.BottomDockWidgetArea, [(name,) for name in space.bottom])
-        width, height, shares = host.width(), host.height(), _shares(space)
-        _resize(host, {docks[name]: share * width for name, (share, _) in shares.items()}, _ACROSS)
-        _resize(host, {docks[name]: share * height for name, (_, share) in shares.items()}, _DOWN)
+        # heights at the right are those of a window without anything else
+        side = zip(space.side, space.side_heights, strict=True)
+        below = zip(space.bottom, space.bottom_shares, strict=True)
+        whole, wide = sum(space.side_heights), space.side_share
+        shares = [(docks[names[0]], wide, height / whole) for names, height in side]
+        shares += [(docks[name], 1.0, share) for name, share in below]
+        _resize(host, {dock: share * host.width() for dock, share, _ in shares}, _ACROSS)
+        _resize(host, {dock: share * host.height() for dock, _, share in shares}, _DOWN)
         self.leave_room()
 
     def leave_room(self) -> None:

@@ -60,26 +60,22 @@ class FailureRelay:
         self._tell, self._post = tell, Post()
         self._before = sys.excepthook, threading.excepthook
         sys.excepthook = self._on_exception
-        threading.excepthook = self._on_thread_exception
+        threading.excepthook = lambda one: self._on_exception(
+            one.exc_type, one.exc_value, one.exc_traceback
+        )
 
     def remove(self) -> None:
         """Leave exceptions to whoever had them before; a second time does nothing."""
         sys.excepthook, threading.excepthook = self._before
 
-    def _relay(self, error: BaseException) -> None:
-        self._post.posted.emit(partial(self._tell, message_of(error)))
-
     def _on_exception(
-        self, kind: type[BaseException], error: BaseException, trace: TracebackType | None
+        self, kind: type[BaseException], error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        if issubclass(kind, KeyboardInterrupt):
+        if error is not None and issubclass(kind, KeyboardInterrupt):
             sys.__excepthook__(kind, error, trace)
-            return
-        self._relay(error.with_traceback(trace))
-
-    def _on_thread_exception(self, args: threading.ExceptHookArgs) -> None:
-        if args.exc_value is not None and not isinstance(args.exc_value, SystemExit):
-            self._relay(args.exc_value)
+        elif error is not None and not issubclass(kind, SystemExit):
+            message = message_of(error.with_traceback(trace))
+            self._post.posted.emit(partial(self._tell, message))
 
 
 SAID_MS = 6000
@@ -89,8 +85,8 @@ class Notifier:
     """Messages below the views, and words in the status line."""
 
     def __init__(self, bar: MessageBar, status: QStatusBar) -> None:
-        self._bar, self._status = bar, status
-        self.dismissed = bar.dismissed
+        self._bar, self._status, self.dismissed = bar, status, bar.dismissed
+        self.take_back, self.clear = bar.take_back, bar.clear
 
     def show(self, message: Message) -> None:
         self._bar.show_message(message)
@@ -106,12 +102,6 @@ class Notifier:
             self.error(error)
             return False
         return True
-
-    def take_back(self, message: Message) -> None:
-        self._bar.take_back(message)
-
-    def clear(self) -> None:
-        self._bar.clear()
 
     def say(self, words: str, milliseconds: int = SAID_MS) -> None:
         self._status.showMessage(words, milliseconds)

@@ -1,6 +1,6 @@
 """Where keys and the wheel go: Tab walks through controls, F6 through panels, the wheel scrolls."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 
 from PySide6.QtCore import QEvent, QObject, Qt, QTimer, Slot
 from PySide6.QtGui import QGuiApplication, QKeyEvent, QWheelEvent
@@ -44,7 +44,12 @@ class FocusWalk(QObject):
 
     def step(self, forward: bool) -> bool:
         """Go to the next or previous control; False where there is none."""
-        start = self._window.focusWidget() or self._window
+        start = self._window.focusWidget()
+        if start is None or not (start.isVisible() and start.isEnabled()):
+            # nobody pressed Tab: Qt asks when the window opens, or what had the focus is hidden
+            view = self._views.active_camera()
+            (view if view is not None and view.isVisible() else self._window).setFocus()
+            return True
         reasons = Qt.FocusReason
         reason = reasons.TabFocusReason if forward else reasons.BacktabFocusReason
 
@@ -131,7 +136,10 @@ class WheelGuard(QObject):
             return False
         here = (one for one in QApplication.topLevelWidgets() if one.windowHandle() == window)
         under = next((one.childAt(event.position().toPoint()) for one in here), None)
-        above = list(_upwards(under))
+        above = []
+        while under is not None:
+            above.append(under)
+            under = None if under.isWindow() else under.parentWidget()
         fields = [isinstance(one, _FIELDS) and not isinstance(one, QScrollBar) for one in above]
         if not any(fields):
             return False
@@ -144,10 +152,3 @@ class WheelGuard(QObject):
             if QApplication.sendEvent(one, turned) and turned.isAccepted():
                 break
         return True
-
-
-def _upwards(widget: QWidget | None) -> Iterator[QWidget]:
-    """A widget and what it stands in, up to its window."""
-    while widget is not None:
-        yield widget
-        widget = None if widget.isWindow() else widget.parentWidget()

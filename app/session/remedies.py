@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
+from stereotrack_core.arrays import FloatArray
+from stereotrack_core.counting import counted
+from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation.failure_segments.find import good_stretches
 from stereotrack_core.evaluation.failure_segments.segment import FailureSegment, limbs_words
+from stereotrack_core.study.description import Study, StudyRecording
+from stereotrack_core.study.good_runs import good_run
 from stereotrack_core.tracking.frame import TrackedFrame
-from stereotrack_core.tracking.run_spec import RunSpec
+from stereotrack_core.tracking.parameters import Settings
+from stereotrack_core.tracking.run_spec import AUTO, FirstPose, RunSpec
 from stereotrack_core.tracking.tuning.process import (
     KeptRecording,
     TrackTrial,
@@ -21,24 +28,36 @@ from stereotrack_core.tracking.tuning.process import (
 )
 from stereotrack_core.tracking.tuning.remedy import Change, changes, without_parts
 from stereotrack_core.tracking.tuning.trial import Trial, TrialStart
+from stereotrack_core.work import Work
 from stereotrack_core.worker_processes import TaskProcess
 
 from .base import Base
 from .changes import Part
 from .failures import FailurePresenter
 from .jobs import Job, NewestJob, Task
-from .judgement import JudgementPresenter, Truth, judged
-from .runs import RunEntry
+from .judgement import JudgementPresenter, Truth, judged, recorded_truth
+from .runs import RunEntry, entry_of_run
+from .study import StudyPresenter
 from .tracking import TrackPresenter
 from .trials import trial_beside
 
 Kind: TypeAlias = Literal["remedy", "parts"]
 
 _CHECKED, _GOOD, _GOOD_SECONDS = 3, 3, 1.0
+_NAMED = 3  # recordings that are named of those that were left out for the same reason
 _NOT_TRACKED = 90.0  # degrees that a frame without a pose counts
 UNCHANGED = "no change"
 HARMLESS = 1.0  # degrees by which a good stretch may get worse, as trials with other seeds do
 WORTH = 1.0  # degrees by which a failure must get better to be called repaired in part
+
+
+@dataclass(frozen=True)
+class Harm:
+    """Most by which a change makes a good stretch of another recording of the study worse."""
+
+    recording: str  # as the study lists it
+    worst: float
+    unit: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,6 +69,12 @@ class Remedy:
     error: float  # of the arms over the failure; see :func:`arms_measure`
     gain: float  # by which the run has more
     harm: float | None = None  # most by which it makes a good stretch worse; None if not checked
+    elsewhere: tuple[Harm, ...] = ()  # for each recording of the study that was checked so far
+
+    @property
+    def worst_elsewhere(self) -> Harm | None:
+        """Where it harms most in the study; None if no other recording was checked."""
+        return max(self.elsewhere, key=lambda one: one.worst, default=None)
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,12 +89,16 @@ class Tried:
     error: float  # of the run over the stretch
     count: int  # changes that are tried
     good: int  # stretches that the best are checked on
+    study: Study | None = None  # the best are checked on its other recordings, too
+    others: tuple[StudyRecording, ...] = ()
+    left_out: tuple[tuple[str, InputError], ...] = ()  # recordings that cannot be checked, and why
     remedies: tuple[Remedy, ...] = ()  # the largest gain first
 
-    def with_remedy(self, remedy: Remedy) -> Tried:
-        """The same with one more, or one that is known better than before."""
-        others = [one for one in self.remedies if one.change != remedy.change]
-        ordered = sorted([*others, remedy], key=lambda one: -one.gain)
+    def with_remedies(self, *remedies: Remedy) -> Tried:
+        """The same with more, or with some that are known better than before."""
+        changes = [one.change for one in remedies]
+        others = [one for one in self.remedies if one.change not in changes]
+        ordered = sorted([*others, *remedies], key=lambda one: -one.gain)
         return replace(self, remedies=tuple(ordered))
 
 
@@ -86,48 +115,34 @@ def arms_measure(entry: RunEntry, truth: Truth | None, stretch: range) -> float:
 
 
 @dataclass(frozen=True, eq=False)
-class _Search:
-    """The changes to try, in another thread; the run's entry is a copy of its own."""
+class _Place:
+    """A recording with a run that changes are tried on; the run's entry is a copy of its own."""
 
-    tried: Tried
-    changes: tuple[Change, ...]
-    good: tuple[range, ...]
-    truth: Truth | None
-    trial: Callable[[Change, range], Trial]
     kept: KeptRecording
+    run: RunEntry
+    truth: Truth | None
+    good: tuple[range, ...]
     process: TaskProcess
+    first_pose: FirstPose = AUTO
 
-    def work(self, task: Task) -> None:
-        """Try all changes on the failure, then the best ones on good stretches."""
-        tried, done = self.tried, 0
-        total = len(self.changes) + len(self.good) * min(_CHECKED, len(self.changes))
-        for change in self.changes:
-            task.report(done / total, f"{done + 1} of {len(self.changes)} changes")
-            entry = self._tracked(task, change, tried.stretch)
-            error = arms_measure(entry, self.truth, tried.stretch)
-            remedy = Remedy(change, entry, error, tried.error - error)
-            tried, done = tried.with_remedy(remedy), done + 1
-            task.tell(remedy)
-        if tried.kind == "parts":
-            return
-        others = [one for one in tried.remedies if one.change.words != UNCHANGED]
-        best = [one for one in others[:_CHECKED] if one.gain >= WORTH]
-        usual = [self._error(task, self.changes[0], one) for one in self.good if best]
-        for remedy in best:
-            harm = -np.inf
-            for stretch, before in zip(self.good, usual, strict=True):
-                task.report(done / total, "checking stretches that were good")
-                harm = max(harm, self._error(task, remedy.change, stretch) - before)
-                done += 1
-            if self.good:
-                task.tell(replace(remedy, harm=float(harm)))
+    @property
+    def unit(self) -> str:
+        """Of :func:`arms_measure`."""
+        return "°" if judged(self.run, self.truth).measure == "error" else " %"
 
-    def _error(self, task: Task, change: Change, stretch: range) -> float:
-        return arms_measure(self._tracked(task, change, stretch), self.truth, stretch)
+    def harms(self, work: Work, changes: Sequence[Change], words: str) -> FloatArray:
+        """Most by which changes make a good stretch worse than the first one does; NaN unknown."""
+        errors = np.full((len(self.good), len(changes)), np.nan)
+        for done, (i, k) in enumerate(np.ndindex(errors.shape)):
+            work.step(done / errors.size, words)
+            entry = self.tracked(work, changes[k], self.good[i])
+            errors[i, k] = arms_measure(entry, self.truth, self.good[i])
+        worse = errors[:, 1:] - errors[:, :1]
+        return np.asarray(np.fmax.reduce(worse, axis=0, initial=np.nan))
 
-    def _tracked(self, task: Task, change: Change, stretch: range) -> RunEntry:
+    def tracked(self, work: Work, change: Change, stretch: range) -> RunEntry:
         """A trial of a stretch. Each is a task of its own, so that a person's come between."""
-        trial = self.trial(change, stretch)
+        trial = self._trial(change, stretch)
         frames, begun = dict[int, TrackedFrame](), list[TrialBegun]()
 
         def hear(word: Any) -> None:
@@ -136,13 +151,103 @@ class _Search:
             elif isinstance(word, TrialBegun):
                 begun.append(word)
 
-        self.process(TrackTrial(self.kept, trial), hear, task.token.cancelled)
-        body = begun[-1].body if begun else self.tried.run.body
+        self.process(TrackTrial(self.kept, trial), hear, work.stopped)
+        body = begun[-1].body if begun else self.run.body
         origin = begun[-1].origin if begun else None
         return RunEntry(
             change.words, trial.spec.preset, trial.settings, body, stretch, frames,
             origin=origin, kind="trial", trial=trial,
         )  # fmt: skip
+
+    def _trial(self, change: Change, of: range) -> Trial:
+        run, spec = self.run, self.run.spec()
+        stated, seen = (None, None) if spec is None else (spec.views, spec.keypoints)
+        used = RunSpec(
+            change.settings, run.preset, of, change.views or stated,
+            init=self.first_pose, keypoints=seen,
+        )  # fmt: skip
+        made, before = trial_beside(run, used, self.kept.views), run.at(of.start - 1)
+        if made.start is None or before is None or not before.tracked:
+            return made
+        # many are tried: each begins at the frame before, and looks at no frame after
+        begin = before.estimate.pose, before.P, made.start.shape
+        start = TrialStart(*begin, lengths=made.start.lengths, end=of.stop)
+        return replace(made, start=start)
+
+
+def _elsewhere(
+    study: Study, row: StudyRecording, settings: Settings, process: TaskProcess
+) -> _Place:
+    """Another recording with the run that the study keeps of it. Raises InputError."""
+    found = good_run(study, row, settings, _GOOD, _GOOD_SECONDS)
+    unaided = replace(found.recording, reference=None)  # the tracker never sees the truth
+    mono = [view.name for view in unaided.views if view.kind == "mono" and view.name in found.views]
+    kept, run = KeptRecording(unaided, tuple(mono)), entry_of_run(found.run, found.path)
+    return _Place(kept, run, recorded_truth(found.reference), found.stretches, process)
+
+
+@dataclass(frozen=True, eq=False)
+class _Search:
+    """The changes to try, in another thread; what is known is told again and again."""
+
+    tried: Tried
+    changes: tuple[Change, ...]
+    here: _Place
+
+    def work(self, task: Task) -> None:
+        """Try all changes on the failure, then the best ones where runs were good."""
+        tried, count = self.tried, len(self.changes)
+        checks = 0 if tried.kind == "parts" else _GOOD * (_CHECKED + 1)  # trials for a recording
+        total = count + checks * (1 + len(tried.others))
+        for done, change in enumerate(self.changes):
+            task.report(done / total, f"{done + 1} of {count} changes")
+            entry = self.here.tracked(task.work, change, tried.stretch)
+            error = arms_measure(entry, self.here.truth, tried.stretch)
+            tried = tried.with_remedies(Remedy(change, entry, error, tried.error - error))
+            task.tell(tried)
+        others = [one for one in tried.remedies if one.change.words != UNCHANGED]
+        best = [one for one in others[:_CHECKED] if one.gain >= WORTH]
+        if tried.kind == "parts" or not best:
+            return
+        asked, end = (self.changes[0], *(one.change for one in best)), count + checks
+        part = task.work.part(count / total, end / total)
+        harms = self.here.harms(part, asked, "checking stretches that were good")
+        known = [None if np.isnan(harm) else float(harm) for harm in harms]
+        best = [replace(one, harm=harm) for one, harm in zip(best, known, strict=True)]
+        tried = tried.with_remedies(*best)
+        task.tell(tried)
+        if tried.study is not None and tried.others:
+            self._check_elsewhere(task, task.work.part(end / total, 1.0), tried, best)
+
+    def _check_elsewhere(
+        self, task: Task, work: Work, tried: Tried, best: Sequence[Remedy]
+    ) -> None:
+        """Check on the other recordings, in a process that ends with it and frees its memory.
+
+        The process of the trials keeps the clouds of the open recording meanwhile.
+        """
+        assert tried.study is not None  # noqa: S101 - it has the recordings
+        asked, count = (self.changes[0], *(one.change for one in best)), len(tried.others)
+        with closing(TaskProcess()) as process:
+            for k, row in enumerate(tried.others):
+                part, words = work.part(k / count, (k + 1) / count), f"checking {row.recording}"
+                part.step(0.0, words)
+                try:
+                    place = _elsewhere(tried.study, row, asked[0].settings, process)
+                    harms = place.harms(part, asked, words)
+                    if not np.isfinite(harms).all():
+                        what = "no error or failure probability of its arms is known"
+                        raise InputError(what, remedy="Give it a reference.")
+                except InputError as error:
+                    tried = replace(tried, left_out=(*tried.left_out, (row.recording, error)))
+                else:
+                    found = [Harm(row.recording, harm, place.unit) for harm in harms.tolist()]
+                    best = [
+                        replace(one, elsewhere=(*one.elsewhere, harm))
+                        for one, harm in zip(best, found, strict=True)
+                    ]
+                    tried = tried.with_remedies(*best)
+                task.tell(tried)
 
 
 class RemedyPresenter:
@@ -154,9 +259,10 @@ class RemedyPresenter:
         track: TrackPresenter,
         judging: JudgementPresenter,
         failures: FailurePresenter,
+        study: StudyPresenter,
     ) -> None:
         self._base, self._track, self._judging = base, track, judging
-        self._failures = failures
+        self._failures, self._study = failures, study
         self._job = NewestJob(base.tasks)
         self.tried: Tried | None = None
         base.changes.watch(Part.LEAVING | Part.ACTIVE_RUN, self.forget)
@@ -185,7 +291,7 @@ class RemedyPresenter:
         said = f"{limbs_words(tried.failure.limbs).capitalize()}, frames {first} to {last}: the "
         said += f"run has {tried.error:.1f}{tried.unit}. {done} of {tried.count} changes tried."
         if self.running:
-            return said
+            return f"{said}{_study_words(tried)}"
         better = [one for one in tried.remedies if one.gain >= WORTH]
         luck = next((one for one in better if one.change.words == UNCHANGED), None)
         if luck is not None:
@@ -197,7 +303,8 @@ class RemedyPresenter:
         if tried.kind == "parts":
             return f"{said} Best {better[0].change.words}."
         harmless = next((one for one in better if is_harmless(one) and one is not luck), None)
-        return f"{said} Best without harm: {harmless.change.words}." if harmless else said
+        said = f"{said} Best without harm: {harmless.change.words}." if harmless else said
+        return f"{said}{_study_words(tried)}"
 
     # ---- what a person does
 
@@ -256,34 +363,46 @@ class RemedyPresenter:
         else:
             tried = without_parts(settings, views)
         good = tuple(good_stretches(found.search, found.failures, _GOOD, _GOOD_SECONDS))
+        process, first_pose = self._base.processes.trials, self._track.first_pose
+        here = _Place(kept, run, truth, good, process, first_pose)
+        study, folder = self._study.study, kept.recording.folder.resolve()
+        others = () if study is None else study.rows_besides(folder)
         error = arms_measure(run, truth, stretch)
-        unit = "°" if judged(run, truth).measure == "error" else " % failure probability"
+        unit = here.unit if here.unit == "°" else f"{here.unit} failure probability"
+        counts = len(tried), len(good)
+        begun = Tried(kind, run, failure, stretch, unit, error, *counts, study, others)
+        return _Search(begun, tuple(tried), here)
 
-        def trial(change: Change, of: range) -> Trial:
-            seen = None if spec is None else spec.keypoints
-            used = RunSpec(
-                change.settings, run.preset, of, change.views or stated,
-                init=self._track.first_pose, keypoints=seen,
-            )  # fmt: skip
-            made, before = trial_beside(run, used, kept.views), run.at(of.start - 1)
-            if made.start is None or before is None or not before.tracked:
-                return made
-            # many are tried: each begins at the frame before, and looks at no frame after
-            begin = before.estimate.pose, before.P, made.start.shape
-            start = TrialStart(*begin, lengths=made.start.lengths, end=of.stop)
-            return replace(made, start=start)
-
-        begun = Tried(kind, run, failure, stretch, unit, error, len(tried), len(good))
-        process = self._base.processes.trials
-        return _Search(begun, tuple(tried), good, truth, trial, kept, process)
-
-    def _on_told(self, remedies: list[Remedy]) -> None:
-        for remedy in remedies:
-            if self.tried is not None:
-                self.tried = self.tried.with_remedy(remedy)
+    def _on_told(self, told: list[Tried]) -> None:
+        self.tried = told[-1]
         self._base.changes.tell(Part.REMEDIES)
 
 
 def is_harmless(remedy: Remedy) -> bool:
-    """Whether it was checked, and no good stretch gets worse."""
-    return remedy.harm is not None and remedy.harm < HARMLESS
+    """Whether it was checked, and no good stretch of any recording gets worse."""
+    harms = [one.worst for one in remedy.elsewhere]
+    harms += [] if remedy.harm is None else [remedy.harm]
+    return bool(harms) and max(harms) < HARMLESS
+
+
+def _study_words(tried: Tried) -> str:
+    """Which recordings of the study were checked, and which were not and why."""
+    if tried.kind == "parts":
+        return ""
+    if tried.study is None:
+        return " No study is open, so harm is checked on this recording alone."
+    said = f" Study {tried.study.stem}: "
+    if not tried.others:
+        return f"{said}no other recording."
+    checked = max((len(one.elsewhere) for one in tried.remedies), default=0)
+    said += f"{checked} of {counted(len(tried.others), 'other recording')} checked"
+    whys: dict[str, list[str]] = {}
+    for name, error in tried.left_out:
+        whys.setdefault(error.what, []).append(name)
+    left = (f"{_some(names)} ({what})" for what, names in whys.items())
+    return f"{said}, but not {', '.join(left)}." if whys else f"{said}."
+
+
+def _some(names: Sequence[str]) -> str:
+    more = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
+    return ", ".join(names[:_NAMED]) + more

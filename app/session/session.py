@@ -128,8 +128,8 @@ class Session(Base):
         self.trials = TrialPresenter(self, self.track, self.judging, self.instant, self.not_tried)
         self.inspection = InspectionPresenter(self, self.track, self.true_landmarks)
         self.failures = FailurePresenter(self, self.track, self.judging)
-        self.remedies = RemedyPresenter(self, self.track, self.judging, self.failures)
         self.study = StudyPresenter(self, self.track)
+        self.remedies = RemedyPresenter(self, self.track, self.judging, self.failures, self.study)
         self.losses: list[Callable[[], str]] = [self._lost_runs, self.trials.lost_words]
         """Each says what would be lost by quitting now, empty for nothing."""
         self.ask_first: Callable[[str, Sequence[str], Callable[[], object]], object] = (

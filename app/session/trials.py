@@ -18,7 +18,12 @@ from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.stored import began_of, shape_of_meta
 from stereotrack_core.tracking.tuning.process import MakeClouds, TrackTrial, TrialBegun, TrialFrame
-from stereotrack_core.tracking.tuning.stages import Stage, changes_in_words, stage_key
+from stereotrack_core.tracking.tuning.stages import (
+    Stage,
+    changed_names,
+    changes_in_words,
+    stage_key,
+)
 from stereotrack_core.tracking.tuning.trial import Trial, TrialStart, start_before
 
 from .base import Base
@@ -264,7 +269,9 @@ class TrialPresenter:
     def _new_entry(self, trial: Trial) -> RunEntry:
         base, as_run = self.base(), self._track.name_of(trial.settings)
         own = None if base is None else base.made_with()
-        changes = "" if own is None else changes_in_words(own, trial.settings)
+        last = next((one.settings for one in reversed(self.entries) if one.settings), None)
+        newest = changed_names(last or self._track.base, trial.settings)
+        changes = "" if own is None else changes_in_words(own, trial.settings, newest)
         runs, recording = self._runs, self._base.document.recording
         name = runs.next_name(as_run) if base is None else runs.free_name(changes or as_run)
         subject = recording.subject if recording is not None else None

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from functools import partial
 
-from PySide6.QtCore import QSize, Qt
+from PySide6.QtCore import QSize, Qt, QTimer
 from PySide6.QtWidgets import QApplication, QMainWindow, QToolBar, QToolButton, QWidget
 
 from ..context import Context
@@ -12,7 +12,7 @@ from ..session.changes import Part
 from ..session.view_state import CLICK_OVERLAYS
 from ..widgets.forms.message import MessageBar
 from ..widgets.style.theme import THEME_NAMES, ThemeName, apply_theme, chosen_theme, icon_named
-from .dialogs import Dialogs
+from .dialogs import CommandPalette, ShortcutEditor, ask_for_picture, show_about
 from .help import Help
 
 MENUS = ("&File", "&Edit", "&View", "&Go", "&Annotate", "&Track", "T&une", "&Review")
@@ -22,14 +22,14 @@ _MENU = "&Window"
 
 
 def commands(
-    context: Context, dialogs: Dialogs, messages: MessageBar, guide: Help
+    context: Context, window: QMainWindow, messages: MessageBar, guide: Help
 ) -> list[Command]:
     """Commands of the menus Window and Help, and the last ones of the menu File."""
     return [
         *_workspaces(context),
         *_panels(context),
         *_themes(context),
-        *_help_and_file(dialogs, messages, guide),
+        *_help_and_file(context, window, messages, guide),
     ]
 
 
@@ -87,28 +87,30 @@ def _themes(context: Context) -> list[Command]:
     ]  # fmt: skip
 
 
-def _help_and_file(dialogs: Dialogs, messages: MessageBar, guide: Help) -> list[Command]:
-    def no_message() -> str:
-        return "" if messages.message is not None else "No message is shown."
-
+def _help_and_file(
+    context: Context, window: QMainWindow, messages: MessageBar, guide: Help
+) -> list[Command]:
+    book = context.actions
     command, file = Menu("&Help").command, Menu("&File").command
     return [
         command("help", "Help on this panel", "Open the user guide at the panel under the cursor, "
                 "or at the one with the focus.", guide.show_for_panel, "F1", "help"),
         command("guide", "User guide", "Show the contents of the user guide.",
                 guide.open, "Ctrl+F1"),
-        command("palette", "Command palette …", "Search all commands.", dialogs.show_palette,
-                "Ctrl+K", "palette-of-commands", section=True),
+        command("palette", "Command palette …", "Search all commands.",
+                lambda: CommandPalette(book, window).open(), "Ctrl+K", "palette-of-commands",
+                section=True),
         command("shortcuts", "Shortcuts …", "Change the keyboard shortcuts of commands.",
-                dialogs.show_shortcuts, "Ctrl+Alt+K", "settings"),
+                lambda: ShortcutEditor(book, window).open(), "Ctrl+Alt+K", "settings"),
         command("close_message", "Dismiss message", "Dismiss the message below the views.",
-                messages.dismiss, "Esc", "close", why_not=no_message),
+                messages.dismiss, "Esc", "close",
+                why_not=lambda: "" if messages.message else "No message is shown."),
         command("about", "About stereotrack", "Version, and the location of the log file.",
-                dialogs.show_about, icon="info"),
+                partial(show_about, window), icon="info"),
         file("picture", "Save screenshot …", "Save the window as a PNG image.",
-             dialogs.ask_for_picture, "Ctrl+Shift+P", "picture"),
-        file("quit", "Quit", "Stop all tasks and close the window.", dialogs.close_later,
-             "Ctrl+Q", "close", section=True),
+             partial(ask_for_picture, window, context.notifier), "Ctrl+Shift+P", "picture"),
+        file("quit", "Quit", "Stop all tasks and close the window.",  # after the command returns
+             lambda: QTimer.singleShot(0, window.close), "Ctrl+Q", "close", section=True),
     ]  # fmt: skip
 
 
@@ -139,18 +141,18 @@ class Toolbars:
         self.track = self._bar("Tracker", _TRACK)
         self.annotate = self._bar("Annotation", _ANNOTATE)
         self.view = self._bar("Views", _VIEWS)
-        self.all = self.workspaces, self.play, self.track, self.annotate, self.view
         context.session.changes.watch(Part.WORKSPACE, self.follow)
         self.follow()
 
     def follow(self) -> None:
         """Show what the workspace needs; nothing while nothing is open."""
         docks = self._context.docks
-        workspace = "" if docks.is_alone else docks.workspace
-        annotating = workspace == "annotate"
-        for bar in self.all:
-            fits = {self.annotate: annotating, self.track: not annotating}.get(bar, True)
-            bar.setVisible(bool(workspace) and fits)
+        shown = bool(docks.workspace) and not docks.is_alone
+        annotating = docks.workspace == "annotate"
+        for bar in (self.workspaces, self.play, self.view):
+            bar.setVisible(shown)
+        self.annotate.setVisible(shown and annotating)
+        self.track.setVisible(shown and not annotating)
 
     def _bar(
         self, name: str, actions: Sequence[str], *, words: bool = False,
@@ -165,7 +167,16 @@ class Toolbars:
         style = Qt.ToolButtonStyle
         bar.setToolButtonStyle(style.ToolButtonTextOnly if words else style.ToolButtonIconOnly)
         for name in actions:
-            self._add(bar, name)
+            if not name:
+                bar.addSeparator()
+                continue
+            action = self._context.actions.action(name)
+            bar.addAction(action)
+            button = bar.widgetForAction(action)
+            button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+            if name in _WORDS and isinstance(button, QToolButton):
+                action.setIconText(_WORDS[name])
+                button.setToolButtonStyle(style.ToolButtonTextBesideIcon)
         if widget is not None:
             bar.addWidget(widget)
         if more := bar.findChild(QToolButton, "qt_toolbar_ext_button"):
@@ -175,15 +186,3 @@ class Toolbars:
         bar.setContextMenuPolicy(Qt.ContextMenuPolicy.PreventContextMenu)
         self._window.addToolBar(bar)
         return bar
-
-    def _add(self, bar: QToolBar, name: str) -> None:
-        if not name:
-            bar.addSeparator()
-            return
-        action = self._context.actions.action(name)
-        bar.addAction(action)
-        button = bar.widgetForAction(action)
-        button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-        if name in _WORDS and isinstance(button, QToolButton):
-            action.setIconText(_WORDS[name])
-            button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)

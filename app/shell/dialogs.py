@@ -19,14 +19,13 @@ from stereotrack_core import __version__
 from stereotrack_core.atomic import write_file
 from stereotrack_core.errors import InputError
 
-from ..context import Context
 from ..services.actions import ActionRegistry, Command
+from ..services.failures import Notifier
 from ..session.messages import log_path
 from ..widgets.forms.form_dialog import ask_to_save, line_edit, push_button, say_in
 from ..widgets.style.building import Item, hbox, label, vbox
 from ..widgets.tables.table import STRETCH, Cell, CellRow, CellTable, Column, swatch
 
-_MARGINS = (9, 9, 9, 9)
 _MOVES = {Qt.Key.Key_Down: 1, Qt.Key.Key_Up: -1, Qt.Key.Key_PageDown: 10, Qt.Key.Key_PageUp: -10}
 
 
@@ -43,7 +42,7 @@ class _CommandList(QDialog):
         self.list.selectionModel().currentRowChanged.connect(self._on_current)
 
     def _lay_out(self, *below: Item, height: int) -> None:
-        self.setLayout(vbox(self.search, (self.list, 1), *below, margins=_MARGINS))
+        self.setLayout(vbox(self.search, (self.list, 1), *below, margins=(9, 9, 9, 9)))
         self.resize(640, height)
 
     def _cells(self, command: Command) -> CellRow:
@@ -69,6 +68,7 @@ class CommandPalette(_CommandList):
 
     def __init__(self, book: ActionRegistry, parent: QWidget | None = None) -> None:
         super().__init__("Command palette", book, parent)
+        book.refresh()
         self.search.setClearButtonEnabled(True)
         self.list.setHeaderHidden(True)
         self.list.setFocusPolicy(Qt.FocusPolicy.NoFocus)
@@ -92,17 +92,18 @@ class CommandPalette(_CommandList):
 
     def _fill(self, text: str) -> None:
         ranked = [(match_rank(text, one), one) for one in self._book.commands if one.shown()]
-        found = [(rank, command) for rank, command in ranked if rank is not None]
-        self.list.show_rows([one for _, one in sorted(found, key=lambda row: self._order(*row))])
+        found = [
+            # first what is meant exactly, if only to say why it cannot be done; then what can be
+            ((rank > 0, not self._book.action(command.id).isEnabled(), rank), command)
+            for rank, command in ranked
+            if rank is not None
+        ]
+        self.list.show_rows([one for _, one in sorted(found, key=lambda row: row[0])])
         self._go_to(0)
         if found:
             self._on_current()
         else:
             self._why.setText("No command matches.")
-
-    def _order(self, rank: int, command: Command) -> tuple[bool, bool, int]:
-        """First what is meant exactly, if only to say why it cannot be done; then what can be."""
-        return rank > 0, not self._book.action(command.id).isEnabled(), rank
 
     def _cells(self, command: Command) -> CellRow:
         action = self._book.action(command.id)
@@ -113,8 +114,7 @@ class CommandPalette(_CommandList):
         return replace(name, swatch=icon), *others
 
     def _on_current(self) -> None:
-        command = self._current()
-        if command is not None:
+        if (command := self._current()) is not None:
             why_not = command.why_not()
             text = f"Unavailable: {why_not}" if why_not else command.tip
             say_in(self._why, text, error=bool(why_not))
@@ -176,22 +176,19 @@ class ShortcutEditor(_CommandList):
         self._go_to(0)
 
     def _on_current(self) -> None:
-        command = self._current()
-        if command is not None:
+        if (command := self._current()) is not None:
             self.keys.setKeySequence(QKeySequence(self._book.shortcut(command.id)))
             self.note.setText(command.tip)
 
     def _set(self, keys: str | None) -> None:
         """Give the current command these keys; None for its usual ones."""
-        command = self._current()
-        if command is None:
+        if (command := self._current()) is None:
             return
         keys = command.shortcut if keys is None else keys
         taken = self._book.user_of(keys, besides=command.id)
         if taken is not None:
-            self.note.setText(
-                f"{keys} is already used by {taken.title}. Change that shortcut first."
-            )
+            words = f"{keys} is already used by {taken.title}. Change that shortcut first."
+            self.note.setText(words)
             return
         self._book.set_shortcut(command.id, keys)
         self.keys.setKeySequence(QKeySequence(keys))
@@ -213,40 +210,26 @@ def write_picture(path: Path, picture: QPixmap) -> None:
     write_file(path, bytes(buffer.data().data()))
 
 
-class Dialogs:
-    """Palette, shortcuts, about, a picture of the window."""
+def show_about(window: QMainWindow) -> None:
+    """Say which version this is, and where errors are logged."""
+    box = QMessageBox(window)
+    box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+    box.setWindowTitle("About stereotrack")
+    box.setTextFormat(Qt.TextFormat.RichText)
+    box.setText(f"<b>stereotrack {__version__}</b>")
+    box.setInformativeText(
+        "A workbench for tracking the movement of a person's upper body in multi-view stereo "
+        f"recordings.<br><br>Details of errors are logged in {escape(str(log_path()))}."
+    )
+    box.open()
 
-    def __init__(self, window: QMainWindow, context: Context) -> None:
-        self._window, self._context = window, context
 
-    def show_palette(self) -> None:
-        self._context.actions.refresh()
-        CommandPalette(self._context.actions, self._window).open()
+def ask_for_picture(window: QMainWindow, notifier: Notifier) -> None:
+    """Let the person choose where a picture of the window as it is now is kept."""
+    picture = window.grab()
 
-    def show_shortcuts(self) -> None:
-        ShortcutEditor(self._context.actions, self._window).open()
+    def save(path: Path) -> None:
+        path = path if path.suffix else path.with_suffix(".png")
+        notifier.attempt(lambda: write_picture(path, picture))
 
-    def show_about(self) -> None:
-        box = QMessageBox(self._window)
-        box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        box.setWindowTitle("About stereotrack")
-        box.setTextFormat(Qt.TextFormat.RichText)
-        box.setText(f"<b>stereotrack {__version__}</b>")
-        box.setInformativeText(
-            "A workbench for tracking the movement of a person's upper body in multi-view stereo "
-            f"recordings.<br><br>Details of errors are logged in {escape(str(log_path()))}."
-        )
-        box.open()
-
-    def ask_for_picture(self) -> None:
-        picture = self._window.grab()
-
-        def save(path: Path) -> None:
-            path = path if path.suffix else path.with_suffix(".png")
-            self._context.notifier.attempt(lambda: write_picture(path, picture))
-
-        ask_to_save(self._window, "Save screenshot", "stereotrack.png", "PNG image (*.png)", save)
-
-    def close_later(self) -> None:
-        """Close the window when the command that asked for it has returned."""
-        QTimer.singleShot(0, self._window.close)
+    ask_to_save(window, "Save screenshot", "stereotrack.png", "PNG image (*.png)", save)

@@ -119,19 +119,15 @@ class Help(QWidget):
         self._window, self._docks = window, context.docks
         self.setWindowTitle("User guide")
         self.page = Page()
-        self.back = tool_button("Previous page", "previous")
-        self.forward = tool_button("Next page", "next")
-        contents = tool_button("Contents of the user guide", "help")
+        self.back = tool_button("Previous page", "previous", do=self.page.backward)
+        self.forward = tool_button("Next page", "next", do=self.page.forward)
+        contents = tool_button("Contents of the user guide", "help", do=self.open)
         buttons = hbox(contents, self.back, self.forward, None)
         self.setLayout(vbox(buttons, (self.page, 1), margins=(4, 4, 0, 0)))
-        contents.clicked.connect(lambda: self.page.open(CONTENTS))
-        for button, do, there in (
-            (self.back, self.page.backward, self.page.backwardAvailable),
-            (self.forward, self.page.forward, self.page.forwardAvailable),
-        ):
+        for button in (self.back, self.forward):
             button.setEnabled(False)
-            button.clicked.connect(do)
-            there.connect(button.setEnabled)
+        self.page.backwardAvailable.connect(self.back.setEnabled)
+        self.page.forwardAvailable.connect(self.forward.setEnabled)
 
     def explain(self, others: Mapping[str, QWidget]) -> None:
         """Let every panel, and other parts of the window by name, know their page of the guide."""
@@ -160,17 +156,14 @@ class Help(QWidget):
 
     def event(self, event: QEvent) -> bool:
         # without this the main window, whose tool this is, would take it for a message
-        return takes_key(event, _is_escape) or super().event(event)
+        escape = takes_key(event, lambda key: key.key() == Qt.Key.Key_Escape)
+        return escape or super().event(event)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        if _is_escape(event):
+        if event.key() == Qt.Key.Key_Escape:
             self.close()
         else:
             super().keyPressEvent(event)
-
-
-def _is_escape(event: QKeyEvent) -> bool:
-    return event.key() == Qt.Key.Key_Escape
 
 
 def _page_of(widget: QWidget | None) -> str:

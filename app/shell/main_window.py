@@ -26,10 +26,9 @@ from ..session.messages import Message
 from ..session.session import opens
 from ..widgets.forms.form_dialog import push_button
 from ..widgets.forms.message import MessageBar
-from ..widgets.style.building import hbox, label, vbox
+from ..widgets.style.building import hbox, label, named, vbox
 from ..widgets.style.theme import icon_named
 from .actions import MENUS, Toolbars, commands
-from .dialogs import Dialogs
 from .help import Help
 from .status import StatusLine
 
@@ -66,8 +65,7 @@ class WelcomePage(QWidget):
         self.open_button, self.import_button, self.calibrate_button, self.demo_button = (
             _button(text, icon, tip, partial(do, name)) for name, text, icon, tip in _WAYS
         )
-        self.recent = QListWidget()
-        self.recent.setAccessibleName("Recent recordings")
+        self.recent = named(QListWidget(), "Recent recordings")
         self.recent.setFrameShape(QFrame.Shape.NoFrame)
         self.recent.setAlternatingRowColors(False)
         self._none = label("No recent recordings.", "muted")
@@ -124,36 +122,20 @@ class MainWindow(QMainWindow):
     def __init__(self, settings: QSettings, processes: Processes | None = None) -> None:
         super().__init__()
         self.messages = MessageBar()
-        self.context = make_context(self, self.messages, settings, processes)
+        context = self.context = make_context(self, self.messages, settings, processes)
+        session = context.session
         WheelGuard(self)
         self.welcome = WelcomePage(
-            lambda name: self.context.actions.action(name).trigger(), self.context.session.open
+            lambda name: context.actions.action(name).trigger(), session.open
         )
-        self.context.docks.add_below_views(self.messages)
-        self.context.docks.middle.addWidget(self.welcome)
-        self.status = StatusLine(self.statusBar(), self.context)
-        self.help = Help(self, self.context)
+        context.docks.below_views.addWidget(self.messages)
+        context.docks.middle.addWidget(self.welcome)
+        self.status = StatusLine(self.statusBar(), context)
+        self.help = Help(self, context)
         self._is_told_to_close = False
         self.asks_before_quitting = True
         """Whether it asks, where something would be lost."""
-        self.context.session.ask_first = self._ask_first
-        self._connect()
-
-    def draw(self) -> None:
-        """Draw menus, toolbars and the welcome page, when all features have registered."""
-        context = self.context
-        views = context.docks.views
-        others = {"Views": views, "Welcome page": self.welcome, "User guide": self.help}
-        self.help.explain({**others, **context.docks.pages()})
-        dialogs = Dialogs(self, context)
-        context.actions.add(commands(context, dialogs, self.messages, self.help))
-        context.actions.fill(self.menuBar(), MENUS)
-        self.bars = Toolbars(self, context)
-        self._lay_out()
-        self._show_welcome()
-
-    def _connect(self) -> None:
-        context, session = self.context, self.context.session
+        session.ask_first = self._ask_first
         context.docks.left.connect(self._show_welcome)
         watch = session.changes.watch
         watch(_OF_COMMANDS, context.actions.refresh_soon)
@@ -164,14 +146,26 @@ class MainWindow(QMainWindow):
         watch(Part.RECENT, self._list_recent)
         watch(Part.PLAYING, self._show_playing)
 
+    def draw(self) -> None:
+        """Draw menus, toolbars and the welcome page, when all features have registered."""
+        context = self.context
+        views = context.docks.views
+        others = {"Views": views, "Welcome page": self.welcome, "User guide": self.help}
+        self.help.explain({**others, **context.docks.pages()})
+        context.actions.add(commands(context, self, self.messages, self.help))
+        context.actions.fill(self.menuBar(), MENUS)
+        self.bars = Toolbars(self, context)
+        self._lay_out()
+        self._show_welcome()
+
     def _lay_out(self) -> None:
         self.setAcceptDrops(True)
         options = QMainWindow.DockOption
         self.setDockOptions(
             options.AnimatedDocks | options.AllowTabbedDocks | options.AllowNestedDocks
         )
-        self.setCorner(Qt.Corner.BottomLeftCorner, Qt.DockWidgetArea.BottomDockWidgetArea)
-        self.setCorner(Qt.Corner.BottomRightCorner, Qt.DockWidgetArea.BottomDockWidgetArea)
+        for corner in (Qt.Corner.BottomLeftCorner, Qt.Corner.BottomRightCorner):
+            self.setCorner(corner, Qt.DockWidgetArea.BottomDockWidgetArea)
         self.setMinimumSize(900, 600)
         self.resize(_USUAL.boundedTo(self.screen().availableSize() - _FRAME))
         geometry = stored_bytes(self.context.settings, "geometry")
@@ -266,19 +260,14 @@ class MainWindow(QMainWindow):
         self.close()
 
     def _close_soon(self) -> None:
-        QTimer.singleShot(0, self, self._close_if_shown)
-
-    def _close_if_shown(self) -> None:
-        if self.isVisible():
-            self.close()
+        QTimer.singleShot(0, self, lambda: self.isVisible() and self.close())
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:
         if _dropped_paths(event.mimeData()):
             event.acceptProposedAction()
 
     def dropEvent(self, event: QDropEvent) -> None:
-        paths = _dropped_paths(event.mimeData())
-        if paths:
+        if paths := _dropped_paths(event.mimeData()):
             event.acceptProposedAction()
             self.context.session.open_all(paths)
 

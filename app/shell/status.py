@@ -135,17 +135,15 @@ class StatusLine(QObject):
         self.state, self.pixel = QLabel(), QLabel()
         self.state.setIndent(8)
         self.state.setMinimumWidth(1)  # long words are cut off; they never widen the window
-        self.progress = QProgressBar()
-        self.progress.setMaximumWidth(160)
-        self.progress.setMaximumHeight(14)
-        self.progress.setTextVisible(False)
-        self.cancel = tool_button("Cancel the background tasks", "stop")
+        self.progress = QProgressBar(textVisible=False)
+        self.progress.setMaximumSize(160, 14)
+        tip, cancel = "Cancel the background tasks", context.tasks.cancel_all
+        self.cancel = tool_button(tip, "stop", do=cancel)
         bar.addWidget(self.state, 1)
         for widget in (self.pixel, self.progress, self.cancel):
             bar.addPermanentWidget(widget)
         self.progress.hide()
         self.cancel.hide()
-        self.cancel.clicked.connect(context.tasks.cancel_all)
         context.docks.views.hovered.connect(self.pixel.setText)
         context.actions.refreshed.connect(self.write)
         context.session.changes.watch(RECORDING, self.pixel.clear)

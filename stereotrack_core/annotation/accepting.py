@@ -6,7 +6,7 @@ nearest clicks before and after it in the same camera; without any, what the bod
 
 from bisect import bisect_left
 from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,6 +16,7 @@ from stereotrack_core.annotation.click_gains import hidden_landmarks
 from stereotrack_core.counting import counted
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.triangulation import nearest_to_rays
+from stereotrack_core.recording.description import Cameras
 from stereotrack_core.recording.landmarks import LANDMARKS
 
 ACCEPTED_SIGMA = 5.0
@@ -70,10 +71,11 @@ class Acceptance:
         if not self.left_open:
             return ""
         points, verb = counted(self.left_open, "point"), "stays" if self.left_open == 1 else "stay"
-        return f"{points} less certain than {self.limit:.3g} px {verb} open. Click or drag them."
+        limit = f"{self.limit:.3g} px at 480 lines"
+        return f"{points} less certain than {limit} {verb} open. Click or drag them."
 
 
-def is_certain(prediction: Prediction, cameras: Mapping[str, Camera], limit: float) -> bool:
+def is_certain(prediction: Prediction, cameras: Cameras, limit: float) -> bool:
     """Whether a prediction is within a limit of sigma, pixels per axis at 480 lines."""
     camera = cameras.get(prediction.camera)
     scale = 1.0 if camera is None else pixel_scale(camera)
@@ -83,7 +85,7 @@ def is_certain(prediction: Prediction, cameras: Mapping[str, Camera], limit: flo
 def acceptable(
     predictions: Sequence[Prediction],
     clicks: Iterable[Click],
-    cameras: Mapping[str, Camera],
+    cameras: Cameras,
     limit: float = ACCEPTED_SIGMA,
 ) -> Acceptance:
     """Predictions within a limit of sigma, seen as in the nearest of the clicks around.
@@ -99,7 +101,7 @@ def acceptable(
 
 
 def guessed_if_hidden(
-    predictions: Sequence[Prediction], cameras: Mapping[str, Camera]
+    predictions: Sequence[Prediction], cameras: Cameras
 ) -> tuple[Prediction, ...]:
     """The predictions; those of landmarks behind the body, seen from their camera, are guessed.
 
@@ -119,11 +121,8 @@ def guessed_if_hidden(
         nine = nearest_to_rays(origins, directions)
         if np.isfinite(nine).all():
             behind = hidden_landmarks(nine[None], LANDMARKS, nine[None], origins)[0]
-            hidden |= {
-                (one.key, source)
-                for one in own
-                if behind[names.index(one.camera), LANDMARKS.index(one.landmark)]
-            }
+            there = ((names.index(one.camera), LANDMARKS.index(one.landmark)) for one in own)
+            hidden |= {(one.key, source) for one, at in zip(own, there, strict=True) if behind[at]}
     return tuple(
         replace(one, visibility=Visibility.GUESSED) if (one.key, one.source) in hidden else one
         for one in predictions

@@ -1,6 +1,6 @@
 """Where two readings of the same images differ, and how far: two people, or one person twice."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
 from math import hypot, nan, sqrt
 from typing import Literal, TypeAlias
@@ -12,8 +12,8 @@ from stereotrack_core.annotation.click_points import click_pixels
 from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.limbs import LIMB_ENDS
-from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.rotation import angle_between
+from stereotrack_core.recording.description import Cameras
 
 Kind: TypeAlias = Literal["same", "apart", "seen differently", "only first", "only second"]
 _RAYLEIGH_MEDIAN = sqrt(2.0 * np.log(2.0))  # median length of a plane vector of unit deviations
@@ -63,9 +63,8 @@ def differences(first: Iterable[Click], second: Iterable[Click]) -> tuple[Differ
     """Both readings side by side, by frame, camera and landmark; also where they agree."""
     ours = {click.key: click for click in first}
     theirs = {click.key: click for click in second}
-    return tuple(
-        Difference(key, ours.get(key), theirs.get(key)) for key in sorted(ours.keys() | theirs)
-    )
+    every = sorted(ours.keys() | theirs)
+    return tuple(Difference(key, ours.get(key), theirs.get(key)) for key in every)
 
 
 @dataclass(frozen=True)
@@ -146,7 +145,7 @@ class AgreementInSpace:
 
 
 def agreement_in_space(
-    found: Iterable[Difference], cameras: Mapping[str, Camera], landmarks: LandmarkSet
+    found: Iterable[Difference], cameras: Cameras, landmarks: LandmarkSet
 ) -> dict[str, AgreementInSpace]:
     """Summary for each landmark, by the images in which both readings give a position."""
     pairs = [one for one in found if one.apart is not None]

@@ -5,7 +5,7 @@ click is doubted if both come to the same other place, unless the other views sa
 """
 
 from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -16,8 +16,7 @@ from stereotrack_core.annotation.doubts import Doubt, angle_of_residual
 from stereotrack_core.annotation.follow import MOST_FRAMES, follow_points, pictures_of
 from stereotrack_core.annotation.predict import predicted_point
 from stereotrack_core.arrays import FloatArray
-from stereotrack_core.geometry.camera import Camera
-from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.description import Cameras, Recording
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.work import NO_WORK, Work
 
@@ -89,7 +88,7 @@ def _follow(
                     ends[click.key].append(pixel if far else None)
 
 
-def _fits(key: ClickKey, clicks: Sequence[Click], cameras: Mapping[str, Camera]) -> bool:
+def _fits(key: ClickKey, clicks: Sequence[Click], cameras: Cameras) -> bool:
     """Whether a click lies where two other views or more say that the landmark is."""
     own = next(click for click in clicks if click.camera == key.camera)
     point = predicted_point(cameras, [one for one in clicks if one is not own])

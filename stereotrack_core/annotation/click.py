@@ -7,11 +7,11 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
 from enum import IntEnum
 from math import isfinite, sqrt
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.recording.description import Cameras
 from stereotrack_core.recording.detections import Detection, Detections
 from stereotrack_core.recording.landmarks import LANDMARKS
 
@@ -25,6 +25,8 @@ _DOUBTED_FACTOR = 2.0  # factor on the standard deviation of clicks that their a
 FARTHEST = 2.0**31  # pixels: far beyond every image, and below what drawing cannot deal with
 LAST_FRAME = 10**8  # arrays are made with a row for each frame up to the last one
 USUAL_SIGMA = 3.0  # pixels per axis of a seen landmark where nobody has measured better
+Sigmas: TypeAlias = Mapping[str, float] | float
+"""Standard deviation of clicks on seen landmarks, pixels per axis: by landmark, or of all."""
 
 
 class Visibility(IntEnum):
@@ -89,10 +91,8 @@ class Click:
         """Whether the other states the same, whoever did it, when, and how."""
         if (self.key, self.deleted) != (other.key, other.deleted):
             return False
-        return self.deleted or all(
-            getattr(self, name) == getattr(other, name)
-            for name in ("position", "visibility", "flag", "sigma")
-        )
+        stated = ("position", "visibility", "flag", "sigma")
+        return self.deleted or all(getattr(self, name) == getattr(other, name) for name in stated)
 
 
 def origin_of_source(source: str) -> str:
@@ -102,7 +102,7 @@ def origin_of_source(source: str) -> str:
     return source if source in _FILED else "imported"
 
 
-def sigma_of(click: Click, default: Mapping[str, float] | float = USUAL_SIGMA) -> float:
+def sigma_of(click: Click, default: Sigmas = USUAL_SIGMA) -> float:
     """Standard deviation of a click, pixels per axis; guessed and doubted ones count less."""
     if click.sigma is not None:
         return click.sigma
@@ -114,33 +114,23 @@ def sigma_of(click: Click, default: Mapping[str, float] | float = USUAL_SIGMA) -
 
 
 def measurements(
-    clicks: Iterable[Click],
-    names: Collection[str],
-    default_sigma: Mapping[str, float] | float = USUAL_SIGMA,
+    clicks: Iterable[Click], names: Collection[str], default_sigma: Sigmas = USUAL_SIGMA
 ) -> tuple[Click, ...]:
     """Clicks of these landmarks with a position, not deleted, each with its sigma in pixels.
 
     What was accepted of a landmark in N images of a frame is off in all of them alike and tells
     only once, so sigma is larger by the root of N.
     """
-    found = [
-        click
-        for click in clicks
-        if not click.deleted and click.position is not None and click.landmark in names
-    ]
+    placed = (one for one in clicks if not one.deleted and one.position is not None)
+    found = [one for one in placed if one.landmark in names]
     accepted = Counter((one.frame, one.landmark) for one in found if one.accepted)
     alike = (accepted[c.frame, c.landmark] if c.accepted else 1 for c in found)
-    return tuple(
-        replace(one, sigma=sqrt(count) * sigma_of(one, default_sigma))
-        for one, count in zip(found, alike, strict=True)
-    )
+    pairs = zip(found, alike, strict=True)
+    return tuple(replace(c, sigma=sqrt(n) * sigma_of(c, default_sigma)) for c, n in pairs)
 
 
 def click_detections(
-    clicks: Iterable[Click],
-    cameras: Mapping[str, Camera],
-    default_sigma: Mapping[str, float] | float = USUAL_SIGMA,
-    source: str = "",
+    clicks: Iterable[Click], cameras: Cameras, default_sigma: Sigmas = USUAL_SIGMA, source: str = ""
 ) -> Detections:
     """Clicks of the nine landmarks as measurements of the tracker, from a `source` file."""
     ordered = sorted(measurements(clicks, LANDMARKS, default_sigma), key=lambda one: one.key)

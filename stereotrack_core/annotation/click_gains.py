@@ -16,13 +16,13 @@ Limbs move smoothly, so a click also makes the frames around it surer: by a shar
 one to nothing at the landmark's next click, or `reach` frames away where there is none so near.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from enum import IntEnum
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stereotrack_core.annotation.click import GUESSED_FACTOR, USUAL_SIGMA, Click, sigma_of
+from stereotrack_core.annotation.click import GUESSED_FACTOR, USUAL_SIGMA, Click, Sigmas, sigma_of
 from stereotrack_core.annotation.fit.results import TrajectoryFit
 from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.annotation.predict import in_image
@@ -30,6 +30,7 @@ from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.geometry.camera import Camera, pixel_jacobian
 from stereotrack_core.geometry.triangulation import segment_distance
+from stereotrack_core.recording.description import Cameras
 from stereotrack_core.recording.landmarks import LANDMARKS
 
 SCORED: tuple[str, ...] = tuple(limb for limb in LIMBS if limb != "head")
@@ -128,11 +129,9 @@ def shares_around(row: int, clicked: BoolArray, reach: int) -> tuple[IntArray, F
     low_side = row - reach if not len(before) else low
     high_side = row + reach if not len(after) else high
     rows = np.arange(low + 1, high)
-    share = np.where(
-        rows < row,
-        (rows - low_side) / max(row - low_side, 1),
-        (high_side - rows) / max(high_side - row, 1),
-    )
+    rising = (rows - low_side) / max(row - low_side, 1)
+    falling = (high_side - rows) / max(high_side - row, 1)
+    share = np.where(rows < row, rising, falling)
     return rows, share
 
 
@@ -165,10 +164,8 @@ def hidden_landmarks(
     towards = towards / np.linalg.norm(towards, axis=-1, keepdims=True)
     hidden: BoolArray = np.zeros(sight_from.shape[:-1], dtype=np.bool_)
     for one, two, radius in _CAPSULES:
-        ends = [
-            np.mean([nine[:, LANDMARKS.index(name)] for name in end], axis=0)[:, None, None]
-            for end in (one, two)
-        ]
+        places_of = ([LANDMARKS.index(name) for name in end] for end in (one, two))
+        ends = [np.mean([nine[:, k] for k in own], axis=0)[:, None, None] for own in places_of]
         # What lies against a capsule is not behind it.
         apart = segment_distance(sight_from, sight_to + _AGAINST * radius * towards, *ends)
         own = np.array([name in (*one, *two) for name in names])
@@ -207,12 +204,12 @@ class ClickGains:
 
     def __init__(
         self,
-        cameras: Mapping[str, Camera],
+        cameras: Cameras,
         landmark_set: LandmarkSet,
         fit: TrajectoryFit,
         clicks: Iterable[Click],
         *,
-        sigma: Mapping[str, float] | float = USUAL_SIGMA,
+        sigma: Sigmas = USUAL_SIGMA,
     ) -> None:
         if fit.names != landmark_set.names:
             raise ValueError("the fit was made with another landmark set")
@@ -285,9 +282,8 @@ class ClickGains:
         points = self._points[rows]
         for i, camera in enumerate(self._cameras):
             self.seen[rows, i] = in_image(camera, camera.project(points))
-        self.hidden[rows] = hidden_landmarks(
-            self._nine[rows], self._set.names, points, self._places
-        )
+        names = self._set.names
+        self.hidden[rows] = hidden_landmarks(self._nine[rows], names, points, self._places)
         every = np.arange(len(self._cameras))
         gain = self._gains(rows, self._click_sigma(rows), every).sum(axis=-1)
         self.gain[rows] = np.where(self.seen[rows], np.nan_to_num(gain), 0.0)
@@ -302,10 +298,8 @@ class ClickGains:
         quadratics = axis_quadratics(self._nine[rows], self._set)
         now = mean_squares(quadratics, covariance)
         taken = np.einsum("rlij,rlmjk,rlkn->rlmin", covariance, quadratics, covariance)
-        information = [
-            self._information(self._cameras[camera], rows, sigma[:, i])
-            for i, camera in enumerate(cameras)
-        ]
+        used = enumerate(self._cameras[camera] for camera in cameras)
+        information = [self._information(camera, rows, sigma[:, i]) for i, camera in used]
         less = np.einsum("rlmij,rclji->rclm", taken, np.stack(information, axis=1))
         with np.errstate(divide="ignore", invalid="ignore"):
             share = np.clip(less / now[:, None, None], 0.0, 1.0)

@@ -13,7 +13,7 @@ from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.triangulation import nearest_to_rays
-from stereotrack_core.recording.description import Subject
+from stereotrack_core.recording.description import Cameras, Subject
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,9 +44,7 @@ class ClickPixels:
         return np.asarray(two - one)
 
 
-def click_pixels(
-    clicks: Iterable[Click], cameras: Mapping[str, Camera], names: Sequence[str]
-) -> ClickPixels:
+def click_pixels(clicks: Iterable[Click], cameras: Cameras, names: Sequence[str]) -> ClickPixels:
     """Clicks as arrays; deleted ones, and other cameras' and landmarks', are left out."""
     places = {name: i for i, name in enumerate(names)}
     views = {name: v for v, name in enumerate(cameras)}
@@ -104,13 +102,13 @@ def measured_lengths(clicks: ClickPixels) -> dict[str, MeasuredLength]:
 
 
 def lengths_of_clicks(
-    clicks: Iterable[Click], cameras: Mapping[str, Camera], names: Sequence[str], where: str
+    clicks: Iterable[Click], cameras: Cameras, names: Sequence[str], where: str
 ) -> dict[str, MeasuredLength]:
     """The :func:`measured_lengths` of clicks; InputError where none can be told."""
     lengths = measured_lengths(click_pixels(clicks, cameras, names))
     if not lengths:
         remedy = "Click both ends of a limb in at least two views of three frames."
-        raise InputError("too few clicks to measure a length", where=where, remedy=remedy)
+        raise InputError("too few clicks to measure a length", where, remedy)
     return lengths
 
 

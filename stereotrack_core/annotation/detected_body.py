@@ -19,10 +19,9 @@ from stereotrack_core.body.model import body_model
 from stereotrack_core.body.parameters import BodyShape
 from stereotrack_core.body.proportions import AVERAGE, Proportions
 from stereotrack_core.body.skeleton import PARTS, limb_of_part
-from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.pose_model.detect import DETECTOR_NAME, detect_keypoints
 from stereotrack_core.pose_model.detector import required_detector
-from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.description import Cameras, Recording
 from stereotrack_core.recording.keypoint_names import exchanged
 from stereotrack_core.recording.keypoints import Keypoints, Row, keypoints_of, rows_of
 from stereotrack_core.recording.landmarks import LANDMARKS
@@ -158,10 +157,7 @@ _SETTINGS = FitSettings(use_depth=False, outlier_share=0.1, sigma_joint_shift=0.
 
 
 def body_predictions(
-    keypoints: Keypoints,
-    landmarks: Sequence[str],
-    cameras: Mapping[str, Camera],
-    proportions: Proportions,
+    keypoints: Keypoints, landmarks: Sequence[str], cameras: Cameras, proportions: Proportions
 ) -> Iterator[Prediction]:
     """Predictions in all cameras by the body that several images show, or of single images."""
     in_sight = np.isin(keypoints.camera, list(cameras))

@@ -33,6 +33,7 @@ from stereotrack_core.geometry.camera_agreement import (
 )
 from stereotrack_core.geometry.rotation import angle_between
 from stereotrack_core.geometry.triangulation import epipolar_distance
+from stereotrack_core.recording.description import Cameras
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 
 MOST_VIEWS = 8  # of more views the first ones are looked at; exchanges grow as their power of two
@@ -54,11 +55,7 @@ class Swap:
 
 
 def find_swaps(
-    clicks: Iterable[Click],
-    cameras: Mapping[str, Camera],
-    pairs: Sequence[tuple[str, str]],
-    *,
-    sigma: float = 2.0,
+    clicks: Iterable[Click], cameras: Cameras, pairs: Sequence[tuple[str, str]], sigma: float = 2.0
 ) -> tuple[Swap, ...]:
     """Pairs of landmarks that were mixed up, by frame; `sigma` of clicks is in pixels.
 
@@ -81,7 +78,7 @@ def _swap(
     frame: int,
     pair: tuple[str, str],
     positions: Mapping[str, Mapping[str, tuple[float, float]]],
-    cameras: Mapping[str, Camera],
+    cameras: Cameras,
     sigma: float,
 ) -> Swap | None:
     views = [name for name, places in positions.items() if pair[0] in places or pair[1] in places]
@@ -110,7 +107,7 @@ def _swap(
 
 
 def _costs(
-    points: Mapping[str, FloatArray], cameras: Mapping[str, Camera], largest: float
+    points: Mapping[str, FloatArray], cameras: Cameras, largest: float
 ) -> tuple[dict[tuple[int, int], tuple[float, float]], int]:
     """Squares of each two views' distances, as they are and exchanged (px^2), and their number."""
     costs, terms = {}, 0
@@ -135,7 +132,7 @@ _NUMBERS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight"
 
 
 def doubtful_camera(
-    clicks: Iterable[Click], cameras: Mapping[str, Camera], landmark_set: LandmarkSet
+    clicks: Iterable[Click], cameras: Cameras, landmark_set: LandmarkSet
 ) -> Disagreement | None:
     """The camera that contradicts the others over all clicks; accepted ones say nothing."""
     names = landmark_set.names
@@ -146,10 +143,7 @@ def doubtful_camera(
 
 
 def residuals_by_camera(
-    clicks: Iterable[Click],
-    cameras: Mapping[str, Camera],
-    landmark_set: LandmarkSet,
-    found: Disagreement | None,
+    clicks: Iterable[Click], cameras: Cameras, landmark_set: LandmarkSet, found: Disagreement | None
 ) -> tuple[CameraResidual, ...]:
     """Distances of each camera's clicks from the points that the sound cameras agree on."""
     compared = _compared(clicks, cameras, landmark_set.names)
@@ -157,9 +151,7 @@ def residuals_by_camera(
     return camera_residuals(compared.cameras, np.moveaxis(compared.pixel, 2, 0), doubtful)
 
 
-def _compared(
-    clicks: Iterable[Click], cameras: Mapping[str, Camera], names: Sequence[str]
-) -> ClickPixels:
+def _compared(clicks: Iterable[Click], cameras: Cameras, names: Sequence[str]) -> ClickPixels:
     own = [click for click in clicks if not click.accepted]
     asked = frames_asked(np.unique([click.frame for click in own]).astype(np.int64))
     return click_pixels([click for click in own if click.frame in asked], cameras, names)
@@ -183,9 +175,8 @@ def what_disagrees(found: Disagreement, names: Mapping[str, str] | None = None) 
     camera, count = called.get(found.camera, found.camera), len(found.others)
     others = f"the other {_NUMBERS[count] if count < len(_NUMBERS) else count}"
     if np.isfinite(found.late_frames):
-        when = (
-            f"{abs(found.late_frames):.1f} frames {'later' if found.late_frames > 0 else 'earlier'}"
-        )
+        way = "later" if found.late_frames > 0 else "earlier"
+        when = f"{abs(found.late_frames):.1f} frames {way}"
         return f"{camera} is {when} than {others}, with {found.off_px:.0f} px of disagreement"
     return f"{camera} disagrees with {others} by {found.off_px:.0f} px"
 
@@ -204,7 +195,7 @@ def own_outliers(
     flagged: Iterable[ClickKey],
     found: Disagreement | None,
     clicks: Iterable[Click],
-    cameras: Mapping[str, Camera],
+    cameras: Cameras,
 ) -> tuple[ClickKey, ...]:
     """Those of the clicks far from a fit that look wrong without the doubtful camera, too."""
     keys = tuple(flagged)
@@ -261,9 +252,7 @@ def angle_of_residual(pixels: float, camera: Camera, distance: float = _USUAL_DI
     return math.degrees(math.atan2(pixels * distance / camera.focal, _LIMB_LENGTH))
 
 
-def doubts_of(
-    fit: TrajectoryFit, cameras: Mapping[str, Camera], sigma: float
-) -> dict[ClickKey, Doubt]:
+def doubts_of(fit: TrajectoryFit, cameras: Cameras, sigma: float) -> dict[ClickKey, Doubt]:
     """Clicks that are probably outliers, or lie far from the fit."""
     rows = {int(frame): row for row, frame in enumerate(fit.frame)}
     found = {}
@@ -285,7 +274,7 @@ def doubts_of(
 
 def swaps_of(
     clicks: Iterable[Click],
-    cameras: Mapping[str, Camera],
+    cameras: Cameras,
     landmark_set: LandmarkSet,
     frames: Iterable[int],
     sigma: float,

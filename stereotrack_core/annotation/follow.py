@@ -108,8 +108,7 @@ def pictures_of(
             break
     else:
         what = f"no stream of the recording uses the camera {camera!r}"
-        remedy = "Choose a camera of one of the views."
-        raise InputError(what, where=reader.recording.name, remedy=remedy)
+        raise InputError(what, reader.recording.name, "Choose a camera of one of the views.")
     for frame in frames:
         images = reader.frame_set(frame).views.get(view.name)
         picture = None

@@ -27,6 +27,7 @@ from stereotrack_core.body.sampling import inside_other_cone, regular_points, se
 from stereotrack_core.body.skeleton import FOREARMS, HEAD, PARTS, TORSO, UPPER_ARMS
 from stereotrack_core.geometry.camera import Camera, pixel_jacobian
 from stereotrack_core.geometry.rotation import rotation_from_vector, skew, vector_from_rotation
+from stereotrack_core.recording.description import Cameras
 from stereotrack_core.recording.reader import FrameReader
 
 _POINTS = 700  # on the whole surface, of which about a third is seen by a camera
@@ -43,7 +44,7 @@ _ARMS = {  # the landmarks at the ends of their parts
 _FEWEST = 3  # landmarks of the trunk, without which nobody knows how it stands
 
 
-def clicked_places(clicks: Iterable[Click], cameras: Mapping[str, Camera]) -> dict[str, FloatArray]:
+def clicked_places(clicks: Iterable[Click], cameras: Cameras) -> dict[str, FloatArray]:
     """Where the landmarks of a frame (3,) are that are clicked in two images."""
     by_name: dict[str, list[Click]] = defaultdict(list)
     for click in clicks:
@@ -56,7 +57,7 @@ def clicked_places(clicks: Iterable[Click], cameras: Mapping[str, Camera]) -> di
 class ClickedSurface:
     """Points (N,) on the body where the clicks of a frame put it."""
 
-    cameras: Mapping[str, Camera]
+    cameras: Cameras
     landmarks: FloatArray  # (9, 3), world, NaN where they are not known
     own: Mapping[str, FloatArray]  # (3,) of all that is clicked, world
     part: IntArray  # (N,)
@@ -70,7 +71,7 @@ class ClickedSurface:
         clicks: Sequence[Click],
         frame: int,
         found: Mapping[str, FloatArray],
-        cameras: Mapping[str, Camera],
+        cameras: Cameras,
         proportions: Proportions,
     ) -> ClickedSurface | None:
         """The surface; None where too little of the trunk is known."""
@@ -140,20 +141,14 @@ def _to_clicked(
 
 
 def _offsets(
-    camera: Camera,
-    clicks: Sequence[Click],
-    found: Mapping[str, FloatArray],
-    parts: Iterable[int],
+    camera: Camera, clicks: Sequence[Click], found: Mapping[str, FloatArray], parts: Iterable[int]
 ) -> FloatArray:
     """How far clicks on every part (P, 2) lie beside its landmarks in an image."""
     result = np.zeros((len(PARTS), 2))
     for part in parts:
         names = found.keys() & set(_landmarks_of(part))
-        off = [
-            np.array(click.position) - camera.project(found[click.landmark])
-            for click in clicks
-            if click.landmark in names and click.camera == camera.name
-        ]
+        own = [one for one in clicks if one.landmark in names and one.camera == camera.name]
+        off = [np.array(one.position) - camera.project(found[one.landmark]) for one in own]
         if off:
             result[part] = np.mean(off, axis=0)
     return result
@@ -199,20 +194,15 @@ class BodyStep:
 
 def told_by(steps: Iterable[BodyStep], frame: int) -> frozenset[str]:
     """Landmarks whose way to a frame is known: nothing need follow them one by one."""
-    return frozenset(
-        name
-        for step in steps
-        if step.end == frame
-        for name, shift in zip(step.names, step.shift, strict=True)
-        if np.isfinite(shift).all()
-    )
+    ways = (zip(step.names, step.shift, strict=True) for step in steps if step.end == frame)
+    return frozenset(name for way in ways for name, shift in way if np.isfinite(shift).all())
 
 
 @dataclass(frozen=True, eq=False)
 class FollowedBody:
     """Cameras in which a person's body is followed, and the landmarks that are asked for."""
 
-    cameras: Mapping[str, Camera]
+    cameras: Cameras
     proportions: Proportions
     landmarks: LandmarkSet = NINE
 
@@ -256,21 +246,17 @@ def follow_body(
 
 
 def _going_on(
-    clicks: Sequence[Click],
-    start: int,
-    frame: int,
-    places: Mapping[str, FloatArray],
-    cameras: Mapping[str, Camera],
+    clicks: Sequence[Click], start: int, end: int, known: Mapping[str, FloatArray], cameras: Cameras
 ) -> dict[str, FloatArray]:
     """How landmarks (3,) move if they go on as they did from the clicked frame before."""
-    step = 1 if frame > start else -1
+    step = 1 if end > start else -1
     earlier = [one.frame for one in clicks if (one.frame - start) * step < 0]
     before = min(earlier, key=lambda one: abs(one - start), default=start)
     if not 0 < abs(before - start) <= MOST_FRAMES:
         return {}
     there = clicked_places([one for one in clicks if one.frame == before], cameras)
-    share = _GOING_ON * abs(frame - start) / abs(start - before)
-    return {n: share * (places[n] - there[n]) for n in places.keys() & there.keys()}
+    share = _GOING_ON * abs(end - start) / abs(start - before)
+    return {n: share * (known[n] - there[n]) for n in known.keys() & there.keys()}
 
 
 def _followed(

@@ -23,7 +23,7 @@ from stereotrack_core.body.proportions import Proportions
 from stereotrack_core.counting import UNKNOWN_DEG
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.depth.points import Volume
-from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.recording.description import Cameras
 from stereotrack_core.worker_processes import Asker
 
 _AROUND = 16  # corners around a part that is drawn
@@ -35,7 +35,7 @@ class FrameClicks:
 
     frame: int
     clicks: tuple[Click, ...]  # of all cameras and landmarks
-    cameras: Mapping[str, Camera]
+    cameras: Cameras
     landmark_set: LandmarkSet
     proportions: Proportions
     sigmas: Mapping[str, float]  # of clicks by landmark, pixels per axis, as far as measured
@@ -107,11 +107,8 @@ def _curves(question: HintQuestion, clicks: list[Click]) -> dict[str, tuple[Curv
         return Curve(click.landmark, click.camera, pixels)
 
     placed = [click for click in clicks if click.position is not None]
-    return {
-        name: tuple(curve(click, name) for click in placed if click.camera != name)
-        for name in question.shown
-        if name in cameras
-    }
+    shown = [name for name in question.shown if name in cameras]
+    return {name: tuple(curve(c, name) for c in placed if c.camera != name) for name in shown}
 
 
 _DOUBTFUL = 3.0
@@ -147,9 +144,8 @@ def bone_lengths(
             length = float(np.linalg.norm(between))
             unit = between / max(length, 1e-9)
             variance = float(unit @ (first_covariance + second_covariance) @ unit)
-            found.append(
-                BoneLength(name, length, float(np.sqrt(variance)), getattr(proportions, key))
-            )
+            sigma, own = float(np.sqrt(variance)), getattr(proportions, key)
+            found.append(BoneLength(name, length, sigma, own))
     return tuple(found)
 
 
@@ -177,9 +173,8 @@ class ShownFit:
 def fitted_body(question: FitQuestion) -> ShownFit:
     """Fit the body to the clicks of one frame."""
     q, settings = question, FitSettings(use_depth=question.cloud is not None)
-    taken = measurements(
-        [one for one in q.clicks if one.camera in q.cameras], q.landmark_set.names, q.sigmas
-    )
+    here = [one for one in q.clicks if one.camera in q.cameras]
+    taken = measurements(here, q.landmark_set.names, q.sigmas)
     fitting = ClickFit(q.cameras, q.landmark_set, q.proportions, settings, q.fps, q.views)
     fit, keys = fitting.frame(taken, cloud=q.cloud), [one.key for one in taken]
     meshes = body_mesh(body_model(q.proportions), fit.pose, around=_AROUND)

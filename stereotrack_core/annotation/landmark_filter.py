@@ -22,7 +22,8 @@ from stereotrack_core.annotation.click import USUAL_SIGMA, Click, Prediction, si
 from stereotrack_core.annotation.follow_body import BodyStep
 from stereotrack_core.annotation.predict import predicted_point
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
-from stereotrack_core.geometry.camera import Camera, pixel_jacobian
+from stereotrack_core.geometry.camera import pixel_jacobian
+from stereotrack_core.recording.description import Cameras
 
 WANTED_MM = 20.0  # root mean square error of the landmarks where nobody has said otherwise
 STEADY = 0.5  # share of a click's standard deviation that is not in the offset
@@ -57,7 +58,7 @@ class ProposalQuestion:
     clicks: tuple[Click, ...]  # of this frame
     around: tuple[Click, ...]  # of other frames
     followed: tuple[Prediction, ...]  # to this frame, from clicks of others, or detected in it
-    cameras: Mapping[str, Camera]  # whose images are clicked
+    cameras: Cameras  # whose images are clicked
     names: tuple[str, ...]  # of the landmarks
     fps: float
     sigmas: Mapping[str, float] = field(default_factory=dict)  # of clicks, pixels
@@ -101,15 +102,9 @@ class Rig:
         said = {click.key for click in clicks}
         alike = Counter(one.landmark for one in clicks if one.accepted)
         rows = [
-            (
-                one.camera,
-                one.landmark,
-                one.position,
-                self._sigma(one, alike[one.landmark]),
-                False,
-            )
-            for one in clicks
-            if one.position is not None
+            (c.camera, c.landmark, c.position, self._sigma(c, alike[c.landmark]), False)
+            for c in clicks
+            if c.position is not None
         ] + [
             (one.camera, one.landmark, one.position, one.sigma or USUAL_SIGMA, True)
             for one in followed
@@ -173,10 +168,8 @@ class LandmarkFilter:
         one, two = sides
         gain = np.linalg.solve(one.covariance + two.covariance, one.covariance).T
         apart = (two.mean - one.mean).ravel()
-        return Gaussian(
-            one.mean + (gain @ apart).reshape(one.mean.shape),
-            _symmetric(one.covariance - gain @ one.covariance),
-        )
+        mean = one.mean + (gain @ apart).reshape(one.mean.shape)
+        return Gaussian(mean, _symmetric(one.covariance - gain @ one.covariance))
 
     def detected(self) -> Gaussian | None:
         """Wide prior from what a detector sees in the frame; None without it in two images."""

@@ -54,19 +54,19 @@ class LandmarkSet:
         if not self.name.strip():
             raise InputError("the landmark set has no name", remedy="Give it one.")
         if not self.landmarks:
-            raise InputError("there are no landmarks", where=self.name, remedy="Add at least one.")
+            raise InputError("there are no landmarks", self.name, "Add at least one.")
         counts = Counter(landmark.name for landmark in self.landmarks)
         name, count = counts.most_common(1)[0]
         if count > 1:
             what = f"{count} landmarks have the name {name!r}"
-            raise InputError(what, where=self.name, remedy="Rename all but one.")
+            raise InputError(what, self.name, "Rename all but one.")
         for landmark in self.landmarks:
             _check(landmark, f"{self.name}, {landmark.name}")
             other = landmark.mirror
             if other and (other not in counts or self[other].mirror != landmark.name):
                 what = f"its mirror {other!r} does not name it as its mirror"
                 remedy = "Both landmarks of a pair must name each other as mirror."
-                raise InputError(what, where=f"{self.name}, {landmark.name}", remedy=remedy)
+                raise InputError(what, f"{self.name}, {landmark.name}", remedy)
 
     @cached_property
     def names(self) -> tuple[str, ...]:
@@ -118,27 +118,23 @@ def landmark_set_of(facts: Mapping[str, Any]) -> LandmarkSet:
             for one in facts.get("landmarks") or ()
         ]
     except TypeError as error:
-        what = f"a landmark cannot be read ({error})"
-        raise InputError(what, where=name, remedy=_REMEDY) from error
+        raise InputError(f"a landmark cannot be read ({error})", name, _REMEDY) from error
     return LandmarkSet(name, tuple(landmarks))
 
 
 def _check(landmark: Landmark, where: str) -> None:
     if not landmark.name or any(sign in landmark.name for sign in ',;"\n\t'):
         what = f"{landmark.name!r} is not a valid name"
-        raise InputError(what, where=where, remedy="Use letters, digits and _.")
+        raise InputError(what, where, "Use letters, digits and _.")
     if not _COLOUR.fullmatch(landmark.colour):
-        raise InputError(
-            f"{landmark.colour!r} is not a colour", where=where, remedy="Write it as #rrggbb."
-        )
+        raise InputError(f"{landmark.colour!r} is not a colour", where, "Write it as #rrggbb.")
     for word, known in ((landmark.limb, LIMBS), (landmark.part, PARTS)):
         if word not in known:
-            remedy = f"Use one of {', '.join(known)}."
-            raise InputError(f"unknown name {word!r}", where=where, remedy=remedy)
+            raise InputError(f"unknown name {word!r}", where, f"Use one of {', '.join(known)}.")
     numbers = np.array([landmark.along, landmark.across, *landmark.offset])
     if numbers.shape != (5,) or not np.isfinite(numbers).all() or (abs(numbers) > _FARTHEST).any():
         remedy = "Fractions and offsets (three, in metres) must be between -1 and 1."
-        raise InputError("the position is not on the body", where=where, remedy=remedy)
+        raise InputError("the position is not on the body", where, remedy)
 
 
 def _both_sides(
@@ -181,4 +177,4 @@ def read_landmark_set(path: Path) -> LandmarkSet:
         return landmark_set_of(facts)
     except InputError as error:
         where = f"{path.name}, {error.where}" if error.where else path.name
-        raise InputError(error.what, where=where, remedy=error.remedy) from error
+        raise InputError(error.what, where, error.remedy) from error

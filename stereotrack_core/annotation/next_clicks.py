@@ -6,7 +6,7 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from stereotrack_core.annotation.click import USUAL_SIGMA, Click, ClickKey
+from stereotrack_core.annotation.click import USUAL_SIGMA, Click, ClickKey, Sigmas
 from stereotrack_core.annotation.click_gains import (
     AXES,
     REACH,
@@ -32,7 +32,7 @@ from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.arrays import BoolArray, FloatArray, stretches_of
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.counting import UNKNOWN_DEG, counted, spread_words
-from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.recording.description import Cameras
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 
 Kind: TypeAlias = Literal["free", "unknown", "skipped", DoubtKind]
@@ -149,12 +149,12 @@ class NextClicks:
 
     def __init__(
         self,
-        cameras: Mapping[str, Camera],
+        cameras: Cameras,
         landmark_set: LandmarkSet,
         fit: TrajectoryFit,
         clicks: Iterable[Click],
         *,
-        sigma: Mapping[str, float] | float = USUAL_SIGMA,
+        sigma: Sigmas = USUAL_SIGMA,
         run: LandmarkTrajectory | None = None,
     ) -> None:
         known = tuple(clicks)
@@ -170,11 +170,8 @@ class NextClicks:
         self._doubts = {key: doubts[key] for key in kept}
         self._doubtful, self._residuals = doubtful, fit.residual_px
         # what is exchanged cannot fit, and comparing the sides in thousands of frames takes long
-        suspicious = {
-            key.frame
-            for key, away in fit.residual_px.items()
-            if float(np.linalg.norm(away)) > _SUSPICIOUS * self._sigma
-        }
+        limit, residuals = _SUSPICIOUS * self._sigma, fit.residual_px.items()
+        suspicious = {key.frame for key, off in residuals if float(np.linalg.norm(off)) > limit}
         self._swaps = swaps_of(known, cameras, landmark_set, suspicious, self._sigma)
         self._apart_deg = None if run is None else disagreement_deg(fit, run)
 
@@ -248,11 +245,8 @@ class NextClicks:
         found = self._doubtful
         inside = set(self.gains.frame[self._wanted(wish)].tolist())
         for camera in self._unsound if found is not None else ():
-            off = {
-                key: float(np.linalg.norm(away))
-                for key, away in self._residuals.items()
-                if key.camera == camera and key.frame in inside
-            }
+            own = {key: away for key, away in self._residuals.items() if key.camera == camera}
+            off = {k: float(np.linalg.norm(own[k])) for k in own if k.frame in inside}
             if off and found is not None:
                 key = max(off, key=lambda one: off[one])
                 gain = angle_of_residual(found.off_px, self._cameras[camera])
@@ -354,9 +348,8 @@ class NextClicks:
         if excess.max() > 0 and self._apart_deg is not None:
             worst = int(np.argmax(excess))
             name = LIMBS[worst].replace("_", " ")
-            said.append(
-                f"tracker and reference differ by {self._apart_deg[row, worst]:.0f} deg ({name})"
-            )
+            apart = self._apart_deg[row, worst]
+            said.append(f"tracker and reference differ by {apart:.0f} deg ({name})")
         name, much = AXES[axis].replace("_", " "), spread_words(sigma, " deg")
         clicked = np.flatnonzero(self.gains.clicked()[:, landmark])
         before, after = clicked[clicked < row], clicked[clicked > row]

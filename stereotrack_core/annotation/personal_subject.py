@@ -17,7 +17,7 @@ from types import MappingProxyType
 import numpy as np
 import scipy
 
-from stereotrack_core.annotation.click import Click, measurements
+from stereotrack_core.annotation.click import Click, Sigmas, measurements
 from stereotrack_core.annotation.click_points import MeasuredLength, click_pixels, measured_lengths
 from stereotrack_core.annotation.fit.fit import ClickFit, clicks_in
 from stereotrack_core.annotation.fit.state import FitSettings
@@ -71,21 +71,16 @@ def _personal_subject(
     if not found.frames:
         raise InputError(
             "no clicked frame is tracked and clicked well enough",
-            where=where,
-            remedy="Click the trunk and the arms in at least two views of frames in which the "
+            where,
+            "Click the trunk and the arms in at least two views of frames in which the "
             "tracker follows the person.",
         )
     tracked = subject_of_meta(run.meta) or Subject()
     lengths = body.skeleton.proportions
     before = dataclasses.replace(tracked, **dataclasses.asdict(lengths))
     own = recording.subject or Subject()
-    return PersonalSubject(
-        dataclasses.replace(
-            before, name=own.name or recording.name, offsets=offsets_by_landmark(found.offsets)
-        ),
-        before,
-        found,
-    )
+    offsets, name = offsets_by_landmark(found.offsets), own.name or recording.name
+    return PersonalSubject(dataclasses.replace(before, name=name, offsets=offsets), before, found)
 
 
 def offset_table(one: PersonalSubject) -> Table:
@@ -112,11 +107,9 @@ def lean_words(one: PersonalSubject) -> str:
 
 def left_out_words(one: PersonalSubject) -> tuple[str, ...]:
     """Landmarks that the estimate leaves out, a sentence each."""
-    return tuple(
-        f"frame {frame}, {name.replace('_', ' ')}: tracker and clicks contradict each other; left "
-        "out"
-        for frame, name in one.found.left_out
-    )
+    why = "tracker and clicks contradict each other; left out"
+    named = ((frame, name.replace("_", " ")) for frame, name in one.found.left_out)
+    return tuple(f"frame {frame}, {name}: {why}" for frame, name in named)
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,7 +121,7 @@ class Personalise:
 
     recording: Recording  # with the subject that is known
     clicks: tuple[Click, ...]
-    sigma: Mapping[str, float] | float
+    sigma: Sigmas
     settings: FitSettings
     where: str
     run: Run | None = None

@@ -10,11 +10,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stereotrack_core.annotation.click import USUAL_SIGMA, Click, Prediction, sigma_of
+from stereotrack_core.annotation.click import USUAL_SIGMA, Click, Prediction, Sigmas, sigma_of
 from stereotrack_core.arrays import BoolArray, FloatArray
 from stereotrack_core.depth.points import Volume
 from stereotrack_core.geometry.camera import Camera, nearest_on_ray, pixel_jacobian
 from stereotrack_core.geometry.triangulation import Sightings, nearest_to_rays, point_of_sightings
+from stereotrack_core.recording.description import Cameras
 from stereotrack_core.recording.landmarks import LANDMARKS
 
 _COARSE, _FINE = 1000, 300  # samples of a ray to find its visible part, and of that part
@@ -111,7 +112,7 @@ class PredictedPoint:
         return float(np.sqrt(np.mean(np.square(errors)))) if errors else float("nan")
 
 
-def clicked_landmarks(cameras: Mapping[str, Camera], clicks: Iterable[Click]) -> FloatArray:
+def clicked_landmarks(cameras: Cameras, clicks: Iterable[Click]) -> FloatArray:
     """Landmarks (9, 3) of a frame, world, as its clicks place them; NaN where they do not."""
     named: dict[str, list[Click]] = {}
     for click in clicks:
@@ -125,21 +126,15 @@ def clicked_landmarks(cameras: Mapping[str, Camera], clicks: Iterable[Click]) ->
 
 
 def predicted_point(
-    cameras: Mapping[str, Camera],
-    clicks: Iterable[Click],
-    *,
-    sigma: Mapping[str, float] | float = USUAL_SIGMA,
+    cameras: Cameras, clicks: Iterable[Click], *, sigma: Sigmas = USUAL_SIGMA
 ) -> PredictedPoint | None:
     """The point of one landmark at one frame, and how far every click is from what others say.
 
     None with clicks in fewer than two places, or where their rays do not meet in front of the
     cameras. Raises ValueError where the clicks are of several landmarks or frames.
     """
-    there = {
-        click.camera: click
-        for click in clicks
-        if not click.deleted and click.position is not None and click.camera in cameras
-    }
+    placed = (one for one in clicks if not one.deleted and one.position is not None)
+    there = {one.camera: one for one in placed if one.camera in cameras}
     if len({(click.frame, click.landmark) for click in there.values()}) > 1:
         raise ValueError("the clicks are of several landmarks or frames")
     # a person's own tell where the point is; all of them where those are too few
@@ -155,9 +150,7 @@ def predicted_point(
     found = point_of_sightings(sightings)
     if found is None:
         return None
-    others = {
-        name: _from_others(cameras, there[name], used, sightings, found.world) for name in there
-    }
+    others = {n: _from_others(cameras, there[n], used, sightings, found.world) for n in there}
     own = {name: place for name, place in others.items() if np.isfinite(place).all()}
     pixel, spread = {}, {}
     for name, camera in cameras.items():
@@ -182,11 +175,7 @@ def predicted_point(
 
 
 def _from_others(
-    cameras: Mapping[str, Camera],
-    click: Click,
-    used: Mapping[str, Click],
-    sightings: Sightings,
-    world: FloatArray,
+    cameras: Cameras, click: Click, used: Mapping[str, Click], seen: Sightings, world: FloatArray
 ) -> FloatArray:
     """Where the clicks of the other cameras put a clicked landmark in its image (2,), or NaN."""
     camera = cameras[click.camera]
@@ -194,7 +183,7 @@ def _from_others(
         return camera.project(world)
     names = list(used)
     own = names.index(click.camera)
-    others = sightings.without(own)
+    others = seen.without(own)
     if len(names) > 2:
         found = point_of_sightings(others)
         return np.full(2, np.nan) if found is None else camera.project(found.world)
@@ -212,7 +201,7 @@ def projected_landmarks(
     names: Sequence[str],
     points: FloatArray,
     covariance: FloatArray,
-    cameras: Mapping[str, Camera],
+    cameras: Cameras,
     source: str,
 ) -> Iterator[Prediction]:
     """Points (F, n, 3) with covariances (F, n, 3, 3) in all images that show them."""
@@ -224,6 +213,5 @@ def projected_landmarks(
         for row, place in np.argwhere(in_image(camera, pixels)):
             x, y = pixels[row, place].tolist()
             own = float(sigma[row, place])
-            yield Prediction(
-                frames[row], name, names[place], source, (x, y), own if own > 0 else None
-            )
+            sure = own if own > 0 else None
+            yield Prediction(frames[row], name, names[place], source, (x, y), sure)

@@ -5,7 +5,7 @@ and by the clicks of the frame itself. Clicks are asked for until the landmarks 
 wanted accuracy, each where it tells most: an accepted error is accepted in all images.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import inf, isfinite, nan
 
@@ -27,7 +27,7 @@ from stereotrack_core.annotation.landmark_filter import (
 from stereotrack_core.annotation.predict import in_image
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.counting import counted
-from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.recording.description import Cameras
 from stereotrack_core.recording.landmarks import LANDMARKS
 
 PROPOSED = "proposed"  # source of proposals
@@ -60,20 +60,14 @@ class Proposals:
         more = counted(len(self.asked), "more click")
         return f"{now}; about {more} for {max(self.then_mm, wanted):.0f} mm."
 
-    def doubtful(
-        self, cameras: Mapping[str, Camera], limit: float = ACCEPTED_SIGMA
-    ) -> tuple[Prediction, ...]:
+    def doubtful(self, cameras: Cameras, limit: float = ACCEPTED_SIGMA) -> tuple[Prediction, ...]:
         """Proposals to be looked at one by one, the most telling first.
 
         They are those that are asked for, and then those that are less certain than the limit.
         """
         rank = {key: place for place, key in enumerate(self.asked)}
-        found = [
-            one
-            for one in self.predictions
-            if one.visibility != Visibility.OUTSIDE
-            and (one.key in rank or not is_certain(one, cameras, limit))
-        ]
+        seen = [one for one in self.predictions if one.visibility != Visibility.OUTSIDE]
+        found = [one for one in seen if one.key in rank or not is_certain(one, cameras, limit)]
         return tuple(sorted(found, key=lambda one: (rank.get(one.key, inf), -(one.sigma or 0.0))))
 
 
@@ -130,10 +124,8 @@ def _behind_body(state: Gaussian, rig: Rig, question: ProposalQuestion) -> set[C
     nine = state.mean[[places[name] for name in LANDMARKS], :3]
     origins = np.array([camera.position_world for camera in rig.cameras])
     behind = hidden_landmarks(nine[None], rig.names, state.mean[None, :, :3], origins)[0]
-    return {
-        ClickKey(question.frame, rig.cameras[view].name, rig.names[place])
-        for view, place in np.argwhere(behind)
-    }
+    places_behind = ((rig.cameras[v].name, rig.names[k]) for v, k in np.argwhere(behind))
+    return {ClickKey(question.frame, *place) for place in places_behind}
 
 
 def _to_be_clicked(

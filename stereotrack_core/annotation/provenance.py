@@ -81,10 +81,8 @@ def provenance_of(fit: TrajectoryFit, clicks: Iterable[Click]) -> Provenance:
         if not click.deleted and click.frame in rows and click.landmark in columns:
             own.setdefault((rows[click.frame], columns[click.landmark]), []).append(click)
     clicked = np.asarray(fit.kind == CLICKED)[:, None] & np.ones(len(columns), dtype=np.bool_)
-    texts = {
-        "source": np.where(clicked, FITTED, INTERPOLATED).astype(object),
-        "annotator": np.full(clicked.shape, "", dtype=object),
-    }
+    source = np.where(clicked, FITTED, INTERPOLATED).astype(object)
+    texts = {"source": source, "annotator": np.full(clicked.shape, "", dtype=object)}
     numbers = {name: np.full(clicked.shape, np.nan) for name in ("visibility", "residual_px")}
     views = np.zeros(clicked.shape)
     for place, there in own.items():

@@ -10,7 +10,7 @@ from zlib import crc32
 
 import numpy as np
 
-from stereotrack_core.annotation.click import Click, ClickKey
+from stereotrack_core.annotation.click import Click, ClickKey, Sigmas
 from stereotrack_core.annotation.click_points import click_pixels
 from stereotrack_core.annotation.fit.results import CLICKED, GAP, INTERPOLATED, TrajectoryFit
 from stereotrack_core.annotation.fit.state import FitSettings
@@ -19,8 +19,7 @@ from stereotrack_core.annotation.provenance import Provenance, provenance_of
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.errors import Finding
-from stereotrack_core.geometry.camera import Camera
-from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.description import Cameras, Recording
 from stereotrack_core.recording.frame_times import (
     at_rate,
     outside_notes,
@@ -40,10 +39,8 @@ def checksums(clicks: Iterable[Click]) -> dict[int, int]:
     said: dict[int, list[tuple[object, ...]]] = {}
     for one in clicks:
         if not one.deleted:
-            place = one.camera, one.landmark, one.position
-            said.setdefault(one.frame, []).append(
-                (*place, int(one.visibility), one.flag, one.sigma)
-            )
+            place = one.camera, one.landmark, one.position, int(one.visibility)
+            said.setdefault(one.frame, []).append((*place, one.flag, one.sigma))
     return {frame: crc32(repr(sorted(own, key=repr)).encode()) for frame, own in said.items()}
 
 
@@ -256,7 +253,7 @@ def reference_of_fit(
 
 
 def origin_of(
-    recording: Recording, clicks: int, sigma: Mapping[str, float] | float, settings: FitSettings
+    recording: Recording, clicks: int, sigma: Sigmas, settings: FitSettings
 ) -> dict[str, Any]:
     """How a reference was made of clicks, as its `meta` says it."""
     return {
@@ -271,10 +268,7 @@ def origin_of(
 
 
 def fit_of_reference(
-    reference: Reference,
-    landmarks: LandmarkSet,
-    clicks: Iterable[Click],
-    cameras: Mapping[str, Camera],
+    reference: Reference, landmarks: LandmarkSet, clicks: Iterable[Click], cameras: Cameras
 ) -> TrajectoryFit | None:
     """The fit of a reference, with residuals of the present clicks; None if it was not fitted."""
     covariance, limb_sigma_deg = reference.covariance, reference.limb_sigma_deg
@@ -307,7 +301,7 @@ def _residuals(
     points: FloatArray,
     landmarks: LandmarkSet,
     clicks: Iterable[Click],
-    cameras: Mapping[str, Camera],
+    cameras: Cameras,
 ) -> dict[ClickKey, FloatArray]:
     found = click_pixels(clicks, cameras, landmarks.names)
     _, own, theirs = np.intersect1d(found.frame, reference.frame, return_indices=True)
@@ -321,9 +315,7 @@ def _residuals(
 
 
 def without_gaps(
-    fit: TrajectoryFit,
-    gaps: Mapping[str, Collection[int]],
-    clicked: Collection[tuple[int, str]] = (),
+    fit: TrajectoryFit, gaps: Mapping[str, Collection[int]], clicked: Collection[tuple[int, str]]
 ) -> TrajectoryFit:
     """The fit without landmarks filled in over their gaps, unless they are `clicked` there."""
     if not gaps:

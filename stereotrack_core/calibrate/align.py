@@ -14,6 +14,7 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.geometry.triangulation import Sightings, nearest_to_rays, point_of_sightings
+from stereotrack_core.recording.description import Cameras
 from stereotrack_core.recording.landmarks import LANDMARKS
 
 ORIGIN, NORTH, FLOOR = POINTS = "origin", "north", "floor"
@@ -59,13 +60,11 @@ class Alignment:
         return float(np.linalg.norm(self.new_from_old.translation))
 
 
-def aligned(cameras: Mapping[str, Camera], new_from_old: RigidTransform) -> dict[str, Camera]:
+def aligned(cameras: Cameras, new_from_old: RigidTransform) -> dict[str, Camera]:
     """The same cameras in the new world."""
     old_from_new = new_from_old.inverse()
-    return {
-        name: replace(one, camera_from_world=one.camera_from_world @ old_from_new)
-        for name, one in cameras.items()
-    }
+    places = {name: one.camera_from_world @ old_from_new for name, one in cameras.items()}
+    return {name: replace(cameras[name], camera_from_world=at) for name, at in places.items()}
 
 
 def world_of_axes(up: FloatArray, north: FloatArray, origin: FloatArray) -> RigidTransform:
@@ -75,7 +74,7 @@ def world_of_axes(up: FloatArray, north: FloatArray, origin: FloatArray) -> Rigi
     length = float(np.linalg.norm(y))
     if not length > 1e-3 * float(np.linalg.norm(north)):
         what = "north cannot be told from up"
-        raise InputError(what, where="north", remedy="Choose a direction along the floor.")
+        raise InputError(what, "north", "Choose a direction along the floor.")
     y = y / length
     rotation = np.stack([np.cross(y, z), y, z])
     return RigidTransform(rotation, -rotation @ origin)
@@ -92,8 +91,8 @@ def from_floor(points: FloatArray, cameras: Sequence[Camera], north: Camera) -> 
     if plane is None:
         raise InputError(
             "no floor was found in the depth images",
-            where="--floor",
-            remedy="Use a frame in which much of the floor is seen, and has texture; or lay the "
+            "--floor",
+            "Use a frame in which much of the floor is seen, and has texture; or lay the "
             "board on it.",
         )
     up, height, on_floor = plane
@@ -161,22 +160,19 @@ def from_board(old_from_board: RigidTransform, corners: FloatArray) -> Alignment
     return Alignment(world_of_axes(up, north, origin), "board", len(corners), float("nan"))
 
 
-def from_cameras(new: Mapping[str, Camera], old: Mapping[str, Camera]) -> Alignment:
+def from_cameras(new: Cameras, old: Cameras) -> Alignment:
     """Lay cameras over those of the same names in another calibration, whose world is kept.
 
     By least squares (Kabsch), from the world of `new` to that of `old`. Raises InputError.
     """
     names = [name for name in new if name in old]
     if not names:
-        what = "no camera has the same name in both calibrations"
         remedy = "Name the folders or videos as the cameras of the recording."
-        raise InputError(what, where="cameras", remedy=remedy)
+        raise InputError("no camera has the same name in both calibrations", "cameras", remedy)
     here = np.array([new[name].position_world for name in names])
     there = np.array([old[name].position_world for name in names])
-    axes = sum(
-        old[name].world_from_camera.rotation @ new[name].camera_from_world.rotation
-        for name in names
-    )
+    both = ((old[name].world_from_camera, new[name].camera_from_world) for name in names)
+    axes = sum(one.rotation @ other.rotation for one, other in both)
     spread = (there - there.mean(axis=0)).T @ (here - here.mean(axis=0))
     u, _, v = np.linalg.svd(spread + axes)
     rotation = u @ np.diag([1.0, 1.0, np.sign(np.linalg.det(u @ v))]) @ v
@@ -196,17 +192,15 @@ def from_points(
     if not (np.linalg.norm(along) > _LEAST_POINT_M and apart > _LEAST_POINT_M):
         raise InputError(
             "the three points lie nearly on a line",
-            where="--points",
-            remedy="Choose a third point of the floor beside the line from origin to north, at "
+            "--points",
+            "Choose a third point of the floor beside the line from origin to north, at "
             "least half a metre away.",
         )
     up = up * np.sign(up @ (above - origin))
     return Alignment(world_of_axes(up, along, origin), "points", 3, float("nan"))
 
 
-def from_clicks(
-    cameras: Mapping[str, Camera], clicks: Mapping[str, Mapping[str, FloatArray]]
-) -> Alignment:
+def from_clicks(cameras: Cameras, clicks: Mapping[str, Mapping[str, FloatArray]]) -> Alignment:
     """Three points of the floor, clicked: pixels (2,) by point and camera. Raises InputError."""
     points = triangulated(cameras, clicks)
     above = np.mean([camera.position_world for camera in cameras.values()], axis=0)
@@ -214,7 +208,7 @@ def from_clicks(
 
 
 def triangulated(
-    cameras: Mapping[str, Camera], clicks: Mapping[str, Mapping[str, FloatArray]]
+    cameras: Cameras, clicks: Mapping[str, Mapping[str, FloatArray]]
 ) -> dict[str, FloatArray]:
     """Points (3,) clicked in two cameras: pixels (2,) by both. Raises InputError."""
     found = {}
@@ -223,14 +217,13 @@ def triangulated(
         if len(seen) < 2:
             what = f"the point {name!r} is clicked in {counted(len(seen), 'camera')}"
             remedy = f"Click {', '.join(POINTS)} in at least two cameras each."
-            raise InputError(what, where="--points", remedy=remedy)
+            raise InputError(what, "--points", remedy)
         pixels = np.array(list(seen.values()))
         sightings = Sightings.of([cameras[one] for one in seen], pixels, np.ones(len(seen)))
         point = point_of_sightings(sightings)
         if point is None:
-            what = f"the clicks of {name!r} do not meet in one point"
             remedy = "Check that the same point was clicked in all cameras."
-            raise InputError(what, where="--points", remedy=remedy)
+            raise InputError(f"the clicks of {name!r} do not meet in one point", "--points", remedy)
         found[name] = point.world
     return found
 
@@ -248,15 +241,14 @@ def from_person(points: FloatArray) -> Alignment:
     known = np.isfinite(np.concatenate(list(middle.values()), axis=1)).all(axis=(1, 2))
     if not known.any():
         what = "no frame has both hips and both shoulders"
-        remedy = "Give landmarks in which these four are known."
-        raise InputError(what, where="--person", remedy=remedy)
+        raise InputError(what, "--person", "Give landmarks in which these four are known.")
     hips, shoulders = (middle[name][known] for name in ("hip", "shoulder"))
     torso = shoulders.mean(axis=1) - hips.mean(axis=1)
     length = float(np.median(np.linalg.norm(torso, axis=1)))
     direction = (torso / np.linalg.norm(torso, axis=1, keepdims=True)).mean(axis=0)
     if np.linalg.norm(direction) < _LEAST_STANDING:
         what = "the person does not stand upright in these frames"
-        raise InputError(what, where="--person", remedy="Choose frames in which the person stands.")
+        raise InputError(what, "--person", "Choose frames in which the person stands.")
     path = hips.mean(axis=1)
     up = direction / np.linalg.norm(direction)
     across = (shoulders[:, 1] - shoulders[:, 0] + hips[:, 1] - hips[:, 0]).mean(axis=0)

@@ -80,8 +80,8 @@ def charuco(text: str, square: float) -> Board:
     if len(parts) != 3:
         raise InputError(
             f"{text!r} is not a ChArUco board",
-            where="--charuco",
-            remedy="Write columns and rows of squares, dictionary and marker side in metres, "
+            "--charuco",
+            "Write columns and rows of squares, dictionary and marker side in metres, "
             "as 5x7:4X4_50:0.018.",
         )
     inner = _counts(parts[0], "--charuco", "5x7, which counts squares", squares=1)
@@ -89,8 +89,8 @@ def charuco(text: str, square: float) -> Board:
     if dictionary not in DICTIONARIES:
         raise InputError(
             f"unknown dictionary {parts[1]!r}",
-            where="--charuco",
-            remedy=f"{did_you_mean(dictionary, DICTIONARIES)}Names are those of OpenCV, such as "
+            "--charuco",
+            f"{did_you_mean(dictionary, DICTIONARIES)}Names are those of OpenCV, such as "
             "4X4_50 or APRILTAG_36H11.",
         )
     side = _square(square)
@@ -101,7 +101,7 @@ def charuco(text: str, square: float) -> Board:
     if not 0.2 * side < marker < side:
         what = f"a marker of {parts[2]} m does not fit into a square of {side:g} m"
         remedy = "Measure the black side of a marker and the side of a square, in metres."
-        raise InputError(what, where="--charuco", remedy=remedy)
+        raise InputError(what, "--charuco", remedy)
     return Board(*inner, side, dictionary, marker)
 
 
@@ -109,15 +109,13 @@ def _counts(text: str, where: str, example: str, squares: int = 0) -> tuple[int,
     """Inner corners along both sides; `squares`: how many squares more than corners are counted."""
     match = _SIZE.fullmatch(text.strip().lower())
     if match is None:
-        raise InputError(
-            f"{text!r} is not the size of a board", where=where, remedy=f"Write it as {example}."
-        )
+        raise InputError(f"{text!r} is not the size of a board", where, f"Write it as {example}.")
     columns, rows = int(match[1]) - squares, int(match[2]) - squares
     for count in (columns, rows):
         if not 3 <= count <= 100:
             what = f"a board with {count} inner corners along a side cannot be used"
             remedy = "Use a board with 3 to 100 inner corners along each side."
-            raise InputError(what, where=where, remedy=remedy)
+            raise InputError(what, where, remedy)
     return columns, rows
 
 
@@ -126,8 +124,8 @@ def _square(square: float) -> float:
         millimetres = np.isfinite(square) and _SQUARE_M[0] <= square / 1000 <= _SQUARE_M[1]
         raise InputError(
             f"a square of {square:g} m cannot be meant",
-            where="--square",
-            remedy=f"Give metres: {square / 1000:g} for {square:g} mm."
+            "--square",
+            f"Give metres: {square / 1000:g} for {square:g} mm."
             if millimetres
             else "Measure the side of a square over the whole board and give it in metres.",
         )

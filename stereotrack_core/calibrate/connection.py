@@ -136,10 +136,8 @@ def _misfit(a: _Seen, b: _Seen, a_from_b: RigidTransform, frame: int) -> float:
     """Pixels by which both pictures of a frame miss one board, at the best."""
     in_a = [*a.poses[frame], *(a_from_b @ pose for pose in b.poses[frame])]
     b_from_a = a_from_b.inverse()
-    return min(
-        min(a.off(pose, frame), _FAR_PX) + min(b.off(b_from_a @ pose, frame), _FAR_PX)
-        for pose in in_a
-    )
+    costs = ((a.off(pose, frame), b.off(b_from_a @ pose, frame)) for pose in in_a)
+    return min(min(one, _FAR_PX) + min(two, _FAR_PX) for one, two in costs)
 
 
 def _spanned(
@@ -155,8 +153,8 @@ def _spanned(
             apart = ", ".join(names[i] for i in free)
             raise InputError(
                 f"{together} and {apart} never saw the board at the same time",
-                where="cameras",
-                remedy="Film again with the board where one camera of each group sees it at the "
+                "cameras",
+                "Film again with the board where one camera of each group sees it at the "
                 "same instant, and check that frame k of all cameras is the same instant.",
             )
         placed[new] = relative[new, old] @ placed[old]
@@ -168,13 +166,8 @@ def _boards(seen: Sequence[_Seen], cameras: Sequence[RigidTransform]) -> dict[in
     found = {}
     for frame in sorted(set().union(*(one.poses for one in seen))):
         seeing = [(one, pose) for one, pose in zip(seen, cameras, strict=True) if frame in one]
-        candidates = [
-            camera.inverse() @ pose for one, camera in seeing for pose in one.poses.get(frame, [])
-        ]
-        costs = [
-            sum(one.off(camera @ candidate, frame) for one, camera in seeing)
-            for candidate in candidates
-        ]
+        candidates = [c.inverse() @ pose for one, c in seeing for pose in one.poses.get(frame, [])]
+        costs = [sum(one.off(c @ it, frame) for one, c in seeing) for it in candidates]
         found[frame] = candidates[int(np.argmin(costs)) if len(seeing) > 1 else 0]
     return found
 

@@ -181,12 +181,8 @@ class Coverage:
 
     def findings(self) -> Iterator[Finding]:
         """Parts of the image that the board has not reached."""
-        bands = {
-            "left": self.cells[:, :1],
-            "right": self.cells[:, -1:],
-            "top": self.cells[:1],
-            "bottom": self.cells[-1:],
-        }
+        own = self.cells
+        bands = {"left": own[:, :1], "right": own[:, -1:], "top": own[:1], "bottom": own[-1:]}
         empty = [name for name, band in bands.items() if band.mean() < _LEAST_BAND]
         if empty:
             what = f"the board hardly came to the {' and '.join(empty)} of the image"
@@ -280,7 +276,7 @@ def check_model(name: str) -> None:
     """Refuse a name that no lens model has; raises InputError."""
     if name != "auto" and name not in LENS_MODELS:
         remedy = f"{did_you_mean(name, LENS_MODELS)}Use auto, {', '.join(LENS_MODELS)}."
-        raise InputError(f"unknown lens model {name!r}", where="--model", remedy=remedy)
+        raise InputError(f"unknown lens model {name!r}", "--model", remedy)
 
 
 def check_count(sightings: Sightings) -> None:
@@ -290,8 +286,8 @@ def check_count(sightings: Sightings) -> None:
         searched = max(sightings.searched, len(sightings))
         raise InputError(
             f"the board was found in {found} of {searched}, and at least {_LEAST_VIEWS} are needed",
-            where=f"camera {sightings.camera}",
-            remedy="Check the size of the board. Film it again in 15 to 30 positions, whole, "
+            f"camera {sightings.camera}",
+            "Check the size of the board. Film it again in 15 to 30 positions, whole, "
             "sharp and evenly lit, with a white margin around it.",
         )
 
@@ -379,9 +375,7 @@ def _chosen(
     if any(fits[name].lens.model in (RADIAL, BROWN, BROWN5) for name in within):
         within = [name for name in within if not fits[name].lens.model.fisheye]
     best = min(within, key=lambda name: _criterion(fits[name]))
-    candidates = tuple(
-        Candidate(fit.lens.model, fit.bundle.rms, roots[name]) for name, fit in fits.items()
-    )
+    candidates = tuple(Candidate(f.lens.model, f.bundle.rms, roots[n]) for n, f in fits.items())
     return best, candidates, roots[best]
 
 
@@ -421,7 +415,7 @@ def _focal_uncertainty(rms: float, sigma: FloatArray, lens: Lens) -> float:
 
 
 def _undetermined(sightings: Sightings, what: str, remedy: str = _REFILM) -> InputError:
-    return InputError(what, where=f"camera {sightings.camera}", remedy=remedy)
+    return InputError(what, f"camera {sightings.camera}", remedy)
 
 
 def _findings(

@@ -26,6 +26,7 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.geometry.triangulation import nearest_to_rays
+from stereotrack_core.recording.description import Cameras
 from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.work import NO_WORK, Work
 
@@ -60,7 +61,7 @@ class KnownLength:
 class PersonCalibration:
     """Cameras, and how far they can be believed."""
 
-    cameras: Mapping[str, Camera]
+    cameras: Cameras
     rms_px: float
     clicks: int
     turn_deg: float  # standard deviation of rotations
@@ -204,7 +205,7 @@ def _first(seen: _Seen, shares: Sequence[float], work: Work) -> _Adjusted:
     for k, share in enumerate(shares):
         lenses = [_lens(size, share).values for size in seen.sizes]
         centre, focal = (
-            np.array([own[part] for own in lenses]) for part in (np.s_[2:4], np.s_[:2])
+            np.array([one[part] for one in lenses]) for part in (np.s_[2:4], np.s_[:2])
         )
         rays = (seen.pixels - centre) / focal
         for pair in combinations(range(len(seen.sizes)), 2):

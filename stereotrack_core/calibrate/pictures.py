@@ -59,10 +59,8 @@ class Sightings:
     def without(self, rows: Iterable[int], reasons: Iterable[str]) -> Sightings:
         """All but some rows, which are left out for reasons."""
         why = dict(zip(rows, reasons, strict=True))
-        gone = tuple(
-            LeftOut(self.camera, int(self.frames[i]), self.pictures[i], reason)
-            for i, reason in why.items()
-        )
+        own = ((int(self.frames[i]), self.pictures[i], reason) for i, reason in why.items())
+        gone = tuple(LeftOut(self.camera, *one) for one in own)
         kept = np.array([i for i in range(len(self)) if i not in why], dtype=np.int64)
         return replace(self.only(kept), left_out=self.left_out + gone)
 
@@ -115,7 +113,7 @@ def pictures_of_glob(pattern: str, camera: str, where: str) -> Pictures:
         return _pictures_at(found[0], camera, where)
     if not files:
         remedy = "Give a pattern in quotes such as 'left/*.png', a folder, or one video."
-        raise InputError(f"no image fits {pattern!r}", where=where, remedy=remedy)
+        raise InputError(f"no image fits {pattern!r}", where, remedy)
     return _of_files(camera, files)
 
 
@@ -128,7 +126,7 @@ def pictures_of_recording(folder: Path, camera: str) -> Pictures:
                 source = open_stream(folder, stream.frames, "grey", where)
                 return Pictures(camera, source, stream.first_frame)
     what, remedy = f"the recording has no camera {camera!r}", "Name it as in recording.toml."
-    raise InputError(what, where=str(folder), remedy=remedy)
+    raise InputError(what, folder, remedy)
 
 
 def places_in(folder: Path) -> dict[str, Path]:
@@ -146,22 +144,19 @@ def places_in(folder: Path) -> dict[str, Path]:
         name = path.stem if is_video else path.name
         if name in found:
             what = f"there are two sources for camera {name}"
-            remedy = "Leave one video or one folder for each camera."
-            raise InputError(what, where=str(folder), remedy=remedy)
+            raise InputError(what, folder, "Leave one video or one folder for each camera.")
         found[name] = path
     if not found:
         what = "it contains neither a recording nor videos or folders of images"
         remedy = "Put one video or one folder of images per camera into it, named as the camera."
-        raise InputError(what, where=str(folder), remedy=remedy)
+        raise InputError(what, folder, remedy)
     return found
 
 
 def _pictures_at(path: Path, camera: str, where: str) -> Pictures:
     if path.is_dir():
         if not (files := _images_in(path)):
-            raise InputError(
-                f"the folder {path.name!r} contains no images", where=where, remedy="Add them."
-            )
+            raise InputError(f"the folder {path.name!r} contains no images", where, "Add them.")
         return _of_files(camera, files)
     videos = [open_stream(one.parent, one.name, "grey", where) for one in chapters_from(path)]
     return Pictures(camera, chapters_of(videos))
@@ -191,8 +186,8 @@ def check_same_length(sources: Sequence[Pictures]) -> int:
         words = ", ".join(f"{name} {count}" for name, count in counts.items())
         raise InputError(
             f"the cameras have different numbers of pictures ({words})",
-            where="pictures",
-            remedy="Picture k of all cameras must show the same instant: remove those that the "
+            "pictures",
+            "Picture k of all cameras must show the same instant: remove those that the "
             "other cameras do not have.",
         )
     return min(counts.values(), default=0)
@@ -235,7 +230,7 @@ def find_in_pictures(
         what = f"none of {counted(len(frames), 'picture')} can be read" + (
             f": {left_out[0].reason}" if left_out else ""
         )
-        raise InputError(what, where=f"camera {pictures.camera}", remedy="Check the files.")
+        raise InputError(what, f"camera {pictures.camera}", "Check the files.")
     shown = np.array(list(found), dtype=np.int64)
     places = np.array(list(found.values())).reshape(-1, len(recognition.board.corners), 2)
     names = tuple(pictures.name(k) for k in found)

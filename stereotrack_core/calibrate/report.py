@@ -17,6 +17,7 @@ from stereotrack_core.calibrate.world_checks import distances
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import Finding, InputError
 from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.recording.description import Cameras
 from stereotrack_core.tables import Table, number
 
 _LISTED = 12  # pictures left out that a table lists one by one
@@ -128,15 +129,11 @@ def world_tables(world: World) -> list[Table]:
         ("boards", str(len(world.boards))),
         ("squares measured / given", f"{ratio} %, spread {spread} mm"),
     ]
-    whole += [
-        (f"from {a} to {b}", f"{1000 * length:.0f} mm")
-        for a, b, length in distances(world.cameras)[:_LISTED]
-    ]
-    return [
-        *([lens_table(lenses)] if lenses else []),
-        Table("Cameras", headings, rows),
-        Table("All together", ("what", ">value"), whole),
-    ]
+    listed = distances(world.cameras)[:_LISTED]
+    whole += [(f"from {a} to {b}", f"{1000 * length:.0f} mm") for a, b, length in listed]
+    of_lenses = [lens_table(lenses)] if lenses else []
+    together = Table("All together", ("what", ">value"), whole)
+    return [*of_lenses, Table("Cameras", headings, rows), together]
 
 
 def lens_table(lenses: Sequence[Intrinsics]) -> Table:
@@ -183,11 +180,8 @@ def left_out_table(left_out: Iterable[LeftOut]) -> Table | None:
     everything = list(left_out)
     common = Counter((one.camera, one.reason) for one in everything)
     grouped = [key for key, count in common.items() if count > 2]
-    rows = [
-        (one.camera, one.picture, one.reason)
-        for one in everything
-        if (one.camera, one.reason) not in grouped
-    ]
+    single = [one for one in everything if (one.camera, one.reason) not in grouped]
+    rows = [(one.camera, one.picture, one.reason) for one in single]
     if len(rows) > _LISTED:
         rows = [*rows[:_LISTED], ("", f"{len(rows) - _LISTED} more", "see --json")]
     rows += [(camera, f"{common[camera, why]} pictures", why) for camera, why in grouped]
@@ -201,13 +195,10 @@ def finding_table(findings: Sequence[Finding]) -> Table | None:
     return Table("Remarks", heads, rows) if rows else None
 
 
-def place_table(before: Mapping[str, Camera], after: Mapping[str, Camera]) -> Table:
+def place_table(before: Cameras, after: Cameras) -> Table:
     """Where cameras stand in the world before it was turned, and in the new one."""
-    rows = [
-        (name, *(text for world in (before, after) for text in _place(world[name])))
-        for name in after
-        if name in before
-    ]
+    both = {name: (before[name], after[name]) for name in after if name in before}
+    rows = [(name, *_place(one), *_place(two)) for name, (one, two) in both.items()]
     headings = (
         "camera", ">place before (m)", ">looks down (°)", ">place after (m)", ">looks down (°)",
     )  # fmt: skip
@@ -244,7 +235,7 @@ def of_error(error: InputError) -> Verdict:
     return Verdict("bad", f"{begin}: {where}{error.what}.", (error.remedy,))
 
 
-def of_alignment(found: Alignment, cameras: Mapping[str, Camera]) -> Verdict:
+def of_alignment(found: Alignment, cameras: Cameras) -> Verdict:
     """Whether a world can be turned so; `cameras` as they stand in the new one."""
     many = (
         f"up is tilted by {found.tilt_deg:.1f} degrees, north turned by "
@@ -254,14 +245,11 @@ def of_alignment(found: Alignment, cameras: Mapping[str, Camera]) -> Verdict:
     low = min(cameras.values(), key=lambda one: one.position_world[2])
     height = float(low.position_world[2])
     if height < 0.0 and found.source != "cameras":
-        remarks.append(
-            f"{low.name} stands {-height:.2f} m below the floor: what shows the floor is wrong."
-        )
+        what = f"{low.name} stands {-height:.2f} m below the floor"
+        remarks.append(f"{what}: what shows the floor is wrong.")
     if found.source in ("floor", "cameras") and found.spread_m > _UNEVEN_M:
-        remarks.append(
-            f"What it rests on is off by {1000 * found.spread_m:.0f} mm in the mean. Another frame "
-            "may show it better."
-        )
+        off = f"What it rests on is off by {1000 * found.spread_m:.0f} mm in the mean"
+        remarks.append(f"{off}. Another frame may show it better.")
     if remarks or found.source not in _EXACT:
         return _doubted(many, remarks)
     return Verdict("good", f"Good: {many}.", (_EXACT[found.source],))
@@ -331,10 +319,8 @@ def of_world(world: World) -> Verdict:
     """Whether all cameras agree on where the boards were."""
     error = world.held_out_px if np.isfinite(world.held_out_px) else world.rms_px
     cameras, boards = counted(len(world.cameras), "camera"), counted(len(world.boards), "board")
-    many = (
-        f"{cameras} agree on {boards} to {error:.2f} px, and each is placed to "
-        f"{1000 * max(world.position_sigma_m):.1f} mm or better"
-    )
+    placed = f"each is placed to {1000 * max(world.position_sigma_m):.1f} mm or better"
+    many = f"{cameras} agree on {boards} to {error:.2f} px, and {placed}"
     return _graded(many, error, world.findings)
 
 

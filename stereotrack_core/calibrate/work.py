@@ -7,20 +7,10 @@ from typing import TypeAlias
 
 import numpy as np
 
+from stereotrack_core.calibrate import pictures
 from stereotrack_core.calibrate.board import Board
 from stereotrack_core.calibrate.detection import Recognition
 from stereotrack_core.calibrate.intrinsics import Intrinsics, calibrate_intrinsics
-from stereotrack_core.calibrate.pictures import (
-    NO_PICTURES,
-    Pictures,
-    Sightings,
-    check_same_length,
-    find_in_pictures,
-    pictures_of_glob,
-    pictures_of_recording,
-    places_in,
-    recognised_in,
-)
 from stereotrack_core.calibrate.world import World, calibrate_world
 from stereotrack_core.errors import Finding, InputError
 from stereotrack_core.recording.folder import DESCRIPTION, open_recording
@@ -33,7 +23,7 @@ class Search:
     """The board as it was seen by each camera; mirrored ones, differences, why not in step."""
 
     board: Board
-    sightings: tuple[Sightings, ...]
+    sightings: tuple[pictures.Sightings, ...]
     mirrored: tuple[str, ...]
     findings: tuple[Finding, ...]
     apart: InputError | None = None
@@ -43,30 +33,30 @@ class Search:
         if self.mirrored:
             raise InputError(
                 "the pictures are mirrored, so that left and right would be exchanged in the world",
-                where=f"camera {', '.join(self.mirrored)}",
-                remedy="Switch off mirroring in the recording software and record again.",
+                f"camera {', '.join(self.mirrored)}",
+                "Switch off mirroring in the recording software and record again.",
             )
 
 
 def search(
-    sources: Sequence[Pictures], named: Board, frames: Sequence[int], work: Work = NO_WORK
+    sources: Sequence[pictures.Pictures], named: Board, frames: Sequence[int], work: Work = NO_WORK
 ) -> Search:
     """Look for the board in some frames of every camera. Raises InputError."""
     board, seen, mirrored = named, [], []
     known: Recognition | None = None
     different: tuple[str, Board, tuple[str, ...]] = ("", named, ())
     for number, one in enumerate(sources):
-        recognition = recognised_in(one, board, work)
+        recognition = pictures.recognised_in(one, board, work)
         if known is None and recognition.differences and not different[0]:
             different = one.camera, recognition.board, recognition.differences
         there = [frame for frame in frames if frame < one.count()]
         part = work.part(number / len(sources), (number + 1) / len(sources))
-        own = find_in_pictures(one, recognition, there, part)
+        own = pictures.find_in_pictures(one, recognition, there, part)
         if len(own):
             if known is not None and recognition.board != known.board:
                 what = f"it shows a {recognition.board.words}, other cameras a {known.board.words}"
                 remedy = "Film the same board with all cameras."
-                raise InputError(what, where=f"camera {one.camera}", remedy=remedy)
+                raise InputError(what, f"camera {one.camera}", remedy)
             known, board = recognition, recognition.board
             mirrored += [one.camera] * recognition.mirrored
         seen.append(own)
@@ -93,22 +83,21 @@ class Source:
         """Whether the place is a recording, with other cameras in it."""
         return (Path(self.place) / DESCRIPTION).is_file()
 
-    def open(self) -> Pictures:
+    def open(self) -> pictures.Pictures:
         """The pictures. Raises InputError where there are none."""
         if self.of_recording:
-            return pictures_of_recording(Path(self.place), self.camera)
-        return pictures_of_glob(self.place, self.camera, f"camera {self.camera}")
+            return pictures.pictures_of_recording(Path(self.place), self.camera)
+        return pictures.pictures_of_glob(self.place, self.camera, f"camera {self.camera}")
 
 
 def sources_in(folder: Path) -> tuple[Source, ...]:
     """The cameras of a recording, or of a folder with one source each. Raises InputError."""
     if not folder.is_dir():
-        remedy = "Give the folder of the cameras."
-        raise InputError("there is no such folder", where=str(folder), remedy=remedy)
+        raise InputError("there is no such folder", folder, "Give the folder of the cameras.")
     if not (folder / DESCRIPTION).is_file():
-        return tuple(Source(name, str(path)) for name, path in places_in(folder).items())
+        return tuple(Source(name, str(path)) for name, path in pictures.places_in(folder).items())
     streams = [view.streams().items() for view in open_recording(folder).views]
-    cameras = [one.camera for own in streams for key, one in own if key not in NO_PICTURES]
+    cameras = [one.camera for own in streams for key, one in own if key not in pictures.NO_PICTURES]
     return tuple(Source(name, str(folder)) for name in dict.fromkeys(cameras))
 
 
@@ -123,20 +112,16 @@ class Progress:
 Step: TypeAlias = Callable[[Asker], object]  # a function below but for its last argument
 
 
-def _work_for(asker: Asker) -> Work:
-    """Work that tells whoever asks for it as :class:`Progress`."""
-    return Work(lambda share, words: asker.tell(Progress(share, words)), asker.cancelled)
-
-
 def find_board_in(sources: Sequence[Source], board: Board, every: int, asker: Asker) -> Search:
     """Look for the board in every picture, or every so many."""
-    opened: list[Pictures] = []
+    opened: list[pictures.Pictures] = []
+    work = Work(lambda share, words: asker.tell(Progress(share, words)), asker.cancelled)
     try:
         opened += (source.open() for source in sources)
         frames = range(0, max((one.count() for one in opened), default=0), every)
-        found = search(opened, board, frames, _work_for(asker))
+        found = search(opened, board, frames, work)
         try:
-            check_same_length(opened)
+            pictures.check_same_length(opened)
         except InputError as error:
             return replace(found, apart=error)
         return found
@@ -146,7 +131,7 @@ def find_board_in(sources: Sequence[Source], board: Board, every: int, asker: As
 
 
 def fit_lenses(
-    sightings: Sequence[Sightings], board: Board, model: str, asker: Asker
+    sightings: Sequence[pictures.Sightings], board: Board, model: str, asker: Asker
 ) -> dict[str, LensResult]:
     """Calibrate the lens of each camera from its own pictures."""
     found: dict[str, LensResult] = {}
@@ -159,6 +144,8 @@ def fit_lenses(
     return found
 
 
-def fit_world(sightings: Sequence[Sightings], board: Board, model: str, _asker: Asker) -> World:
+def fit_world(
+    sightings: Sequence[pictures.Sightings], board: Board, model: str, _asker: Asker
+) -> World:
     """Place all cameras in one world."""
     return calibrate_world(sightings, board, model=model)

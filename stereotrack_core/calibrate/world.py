@@ -28,6 +28,7 @@ from stereotrack_core.calibrate.world_checks import (
 from stereotrack_core.errors import Finding, InputError
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.transform import RigidTransform
+from stereotrack_core.recording.description import Cameras
 
 _LOSS_PX = 1.0
 _ROUNDS = 3  # in which outlying pictures are looked for
@@ -62,11 +63,7 @@ class World:
 
 
 def calibrate_world(
-    sightings: Sequence[Sightings],
-    board: Board,
-    *,
-    model: str = "auto",
-    given: Mapping[str, Camera] | None = None,
+    sightings: Sequence[Sightings], board: Board, model: str = "auto", given: Cameras | None = None
 ) -> World:
     """Calibrate cameras that saw boards, in the frame of the first one. Raises InputError.
 
@@ -74,9 +71,8 @@ def calibrate_world(
     first camera is put at the origin, level, looking south.
     """
     if len(sightings) < 2:
-        what = "one camera has no place relative to others"
         remedy = "Give two cameras or more, or use `stereotrack calibrate intrinsics`."
-        raise InputError(what, where="cameras", remedy=remedy)
+        raise InputError("one camera has no place relative to others", "cameras", remedy)
     fits = [_lens(one, board, model, given or {}) for one in sightings]
     lenses = [fit.lens if isinstance(fit, Intrinsics) else fit for fit in fits]
     fixed = [not isinstance(fit, Intrinsics) for fit in fits]
@@ -123,9 +119,7 @@ def _world(
 FIRST_FROM_WORLD = RigidTransform(LOOKING_SOUTH.T, np.zeros(3))
 
 
-def _lens(
-    sightings: Sightings, board: Board, model: str, given: Mapping[str, Camera]
-) -> Intrinsics | Lens:
+def _lens(sightings: Sightings, board: Board, model: str, given: Cameras) -> Intrinsics | Lens:
     camera = given.get(sightings.camera)
     if camera is None:
         return calibrate_intrinsics(sightings, board, model=model, alone=False)
@@ -134,14 +128,14 @@ def _lens(
         raise InputError(
             f"its lens was calibrated for {camera.width}x{camera.height}, the pictures are "
             f"{sightings.size[0]}x{sightings.size[1]}",
-            where=where,
-            remedy="Use the same picture size, or calibrate the lens again.",
+            where,
+            "Use the same picture size, or calibrate the lens again.",
         )
     lens = lens_of(camera)
     if lens is None:
         what = f"its lens has {camera.distortions.size} distortion coefficients"
         remedy = "Leave it out of the given lenses, so that it is calibrated again."
-        raise InputError(what, where=where, remedy=remedy)
+        raise InputError(what, where, remedy)
     return lens
 
 
@@ -205,10 +199,8 @@ def _held_out(bundle: Bundle, sightings: Sequence[Sightings], board: Board) -> l
     if len(several) - len(out) < 3 or not out:
         return [np.zeros((0, corners, 2)) for _ in bundle.cameras]
     left = [np.isin(camera.boards, list(out)) for camera in bundle.cameras]
-    train = [
-        replace(camera, boards=camera.boards[~own], pixels=camera.pixels[~own])
-        for camera, own in zip(bundle.cameras, left, strict=True)
-    ]
+    pairs = zip(bundle.cameras, left, strict=True)
+    train = [replace(one, boards=one.boards[~own], pixels=one.pixels[~own]) for one, own in pairs]
     others = adjusted(train, bundle.boards, board.corners)
     test = [
         replace(
@@ -239,7 +231,7 @@ def pair_of(left: Camera, right: Camera, of_left: Sightings, of_right: Sightings
     if offset[0] > 0.5 * baseline:
         what = f"left and right are exchanged: {left.name} stands to the right of {right.name}"
         remedy = "Exchange the two, as seen from behind the camera."
-        raise InputError(what, where="--left and --right", remedy=remedy)
+        raise InputError(what, "--left and --right", remedy)
     x = (right.position_world - left.position_world) / max(baseline, 1e-12)
     axes = np.array([one.camera_from_world.rotation[2] for one in (left, right)])
     y = np.cross(axes.sum(axis=0), x)

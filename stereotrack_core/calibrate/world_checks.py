@@ -1,7 +1,7 @@
 """Quality of a calibration of several cameras: uncertainty, scale, contradictions."""
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 
@@ -20,6 +20,7 @@ from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.rotation import skew
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.geometry.triangulation import nearest_to_rays
+from stereotrack_core.recording.description import Cameras
 
 _LEAST_FACTOR, _SPREADS = 2.5, 5.0
 _LEAST_OFF_PX = 0.3  # pictures that lie off by less are as good as any
@@ -105,7 +106,7 @@ def check_places(bundle: Bundle, sightings: Sequence[Sightings]) -> None:
     for own, sigma in zip(sightings, place_sigmas(bundle)[0], strict=True):
         if not factor * sigma < _UNKNOWN_M:
             known = f"only known to {100 * factor * sigma:.0f} cm" if sigma < 10 else "not known"
-            raise InputError(f"its place is {known}", where=f"camera {own.camera}", remedy=_REFILM)
+            raise InputError(f"its place is {known}", f"camera {own.camera}", _REFILM)
 
 
 def scale_check(
@@ -164,10 +165,8 @@ def world_findings(
 
 def distances(cameras: Sequence[Camera]) -> list[tuple[str, str, float]]:
     """Distances in metres between all pairs of cameras, to be checked with a tape measure."""
-    return [
-        (a.name, b.name, float(np.linalg.norm(a.position_world - b.position_world)))
-        for a, b in combinations(cameras, 2)
-    ]
+    apart = ((a, b, a.position_world - b.position_world) for a, b in combinations(cameras, 2))
+    return [(a.name, b.name, float(np.linalg.norm(off))) for a, b, off in apart]
 
 
 _MOST_PX = 5.0
@@ -183,36 +182,28 @@ class SeenBoard:
     cameras: tuple[str, ...]
 
 
-def seen_board(
-    cameras: Mapping[str, Camera], sightings: Sequence[Sightings], board: Board
-) -> SeenBoard:
+def seen_board(cameras: Cameras, sightings: Sequence[Sightings], board: Board) -> SeenBoard:
     """The board of the last frame that most cameras see. Raises InputError."""
     known = [one for one in sightings if one.camera in cameras and len(one)]
     counts = Counter(int(frame) for one in known for frame in one.frames)
     if not counts:
-        what = "no camera of the calibration sees the board"
         remedy = "Name the videos or folders as the cameras, and check the size of the board."
-        raise InputError(what, where="--board-on-floor", remedy=remedy)
+        raise InputError("no camera of the calibration sees the board", "--board-on-floor", remedy)
     frame = max(counts, key=lambda one: (counts[one], one))
     seeing = [one.only(np.flatnonzero(one.frames == frame)) for one in known if frame in one.frames]
     seen_by = [_bundle_camera(cameras[one.camera], one) for one in seeing]
-    candidates = [
-        own.camera_from_world.inverse() @ pose
-        for own in seen_by
-        for pose in board_poses(own.lens, board.corners, own.pixels[0])
-    ]
+    poses = [(own, board_poses(own.lens, board.corners, own.pixels[0])) for own in seen_by]
+    candidates = [one.camera_from_world.inverse() @ pose for one, own in poses for pose in own]
     if not candidates:
-        raise InputError(
-            "the board cannot be placed", where="--board-on-floor", remedy="Use another picture."
-        )
+        raise InputError("the board cannot be placed", "--board-on-floor", "Use another picture.")
     best = min(candidates, key=lambda one: _cost(one, seen_by, board))
     found = adjusted(seen_by, [best], board.corners)
     if found.rms > _MOST_PX:
         raise InputError(
             f"{counted(len(seeing), 'camera')} that see the board contradict each other by "
             f"{found.rms:.0f} px",
-            where="--board-on-floor",
-            remedy="Check that the pictures were taken after the calibration, with no camera "
+            "--board-on-floor",
+            "Check that the pictures were taken after the calibration, with no camera "
             "moved, and that picture k of all cameras is the same instant.",
         )
     names = tuple(one.camera for one in seeing)
@@ -224,8 +215,7 @@ def _bundle_camera(camera: Camera, sightings: Sightings) -> BundleCamera:
     lens = lens_of(camera)
     if lens is None:
         what = f"its lens has {camera.distortions.size} distortion coefficients"
-        remedy = "Leave its pictures out of the folder."
-        raise InputError(what, where=f"camera {camera.name}", remedy=remedy)
+        raise InputError(what, f"camera {camera.name}", "Leave its pictures out of the folder.")
     nothing, first = np.zeros(lens.values.size, dtype=bool), np.zeros(1, dtype=np.int64)
     return BundleCamera(lens, camera.camera_from_world, first, sightings.pixels, nothing, False)
 

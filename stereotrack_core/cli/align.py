@@ -1,7 +1,6 @@
 """``stereotrack calibrate align``: z up, y north and the origin on the floor."""
 
 from argparse import Namespace
-from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -19,10 +18,10 @@ from stereotrack_core.cli.output import OK, put_result, say
 from stereotrack_core.cli.sources import recording_in, say_notes, stated_for
 from stereotrack_core.depth.floor import alignment_to_floor
 from stereotrack_core.errors import InputError, did_you_mean
-from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.interop.landmark_file import Stated
 from stereotrack_core.interop.run_file import read_trajectory
 from stereotrack_core.recording.calibration import read_calibration, write_calibration
+from stereotrack_core.recording.description import Cameras
 from stereotrack_core.recording.selection import frames_within
 from stereotrack_core.tables import Table, finite_number, number, read_rows
 from stereotrack_core.tracking.presets import preset
@@ -69,14 +68,13 @@ def run(args: Namespace) -> int:
     if len(chosen) != 1:
         what = "choose one way to align" if chosen else "nothing says where up is"
         remedy = "Use one of --floor, --board-on-floor, --points and --person."
-        raise InputError(what, where="stereotrack calibrate align", remedy=remedy)
+        raise InputError(what, "stereotrack calibrate align", remedy)
     cameras = read_calibration(args.calibration)
     facts: dict[str, Any] = {}
     if chosen[0] == "floor":
         if args.north and args.north not in cameras:
             remedy = f"{did_you_mean(args.north, cameras)}The cameras are {', '.join(cameras)}."
-            what = f"there is no camera {args.north!r}"
-            raise InputError(what, where="--north", remedy=remedy)
+            raise InputError(f"there is no camera {args.north!r}", "--north", remedy)
         depth, where = preset("accurate", []).depth, str(args.calibration)
         found = alignment_to_floor(args.floor, cameras, depth, args.frame, args.north or "", where)
     elif chosen[0] == "board_on_floor":
@@ -91,9 +89,7 @@ def run(args: Namespace) -> int:
     return OK
 
 
-def _of_board(
-    args: Namespace, cameras: Mapping[str, Camera]
-) -> tuple[align.Alignment, dict[str, Any]]:
+def _of_board(args: Namespace, cameras: Cameras) -> tuple[align.Alignment, dict[str, Any]]:
     board_of(args)
     sources = [one.open() for one in sources_in(args.board_on_floor) if one.camera in cameras]
     args.every = 1
@@ -101,22 +97,20 @@ def _of_board(
     found.check_not_mirrored()
     seen = seen_board(cameras, found.sightings, found.board)
     if np.isfinite(seen.scale.ratio) and abs(seen.scale.ratio - 1) > _WRONG_SCALE:
-        say(
-            f"Squares measured with this calibration are {100 * (seen.scale.ratio - 1):+z.1f} % "
-            "longer than given: its lengths or --square are wrong."
-        )
+        off = f"{100 * (seen.scale.ratio - 1):+z.1f} % longer than given"
+        say(f"Squares measured with this calibration are {off}: its lengths or --square are wrong.")
     facts = {"rms_px": seen.rms_px, "scale": seen.scale, "seen_by": seen.cameras}
     return align.from_board(seen.world_from_board, found.board.corners), facts
 
 
-def _of_points(path: Path, cameras: Mapping[str, Camera]) -> align.Alignment:
+def _of_points(path: Path, cameras: Cameras) -> align.Alignment:
     clicks: dict[str, dict[str, FloatArray]] = {}
     for line, cells in read_rows(path, ("point", "camera", "x", "y")):
         where = f"{path}, line {line}"
         for column, known in (("point", align.POINTS), ("camera", tuple(cameras))):
             if cells[column] not in known:
                 what = f"unknown {column} {cells[column]!r}"
-                raise InputError(what, where=where, remedy=f"Use one of {', '.join(known)}.")
+                raise InputError(what, where, f"Use one of {', '.join(known)}.")
         pixel = [finite_number(cells[axis], path, line, axis) for axis in "xy"]
         clicks.setdefault(cells["point"], {})[cells["camera"]] = np.array(pixel)
     return align.from_clicks(cameras, clicks)
@@ -133,9 +127,7 @@ def _of_person(args: Namespace) -> align.Alignment:
     return align.from_person(trajectory.points[chosen])
 
 
-def _put(
-    args: Namespace, found: align.Alignment, facts: dict[str, Any], cameras: Mapping[str, Camera]
-) -> None:
+def _put(args: Namespace, found: align.Alignment, facts: dict[str, Any], cameras: Cameras) -> None:
     places = {name: camera.position_world for name, camera in cameras.items()}
     rows = [
         ("up from", found.source),
@@ -143,10 +135,8 @@ def _put(
         ("their spread along z", f"{number(1000 * found.spread_m)} mm"),
         ("z turned by", f"{found.tilt_deg:.1f}°"),
     ]
-    rows += [
-        (f"place of {name}", " ".join(f"{value:.3f}" for value in place) + " m")
-        for name, place in places.items()
-    ]
+    texts = {name: " ".join(f"{one:.3f}" for one in place) for name, place in places.items()}
+    rows += [(f"place of {name}", f"{text} m") for name, text in texts.items()]
     table = Table(f"Calibration written to {args.output}", ("what", ">value"), rows)
     told = {"calibration": args.output, **vars(found), "tilt_deg": found.tilt_deg, **facts}
     told |= {"new_from_old": found.new_from_old.matrix(), "positions_m": places}

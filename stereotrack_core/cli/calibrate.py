@@ -63,10 +63,10 @@ def board_of(args: Namespace) -> Board:
     """The board that was named; InputError where none or two were, or its size is not given."""
     if args.square is None:
         remedy = "Give it in metres, and the board with --board or --charuco."
-        raise InputError("the side of a square is not given", where="--square", remedy=remedy)
+        raise InputError("the side of a square is not given", "--square", remedy)
     if (args.board is None) == (args.charuco is None):
         remedy = "Use either --board 9x6 (inner corners) or --charuco 5x7:4X4_50:0.018."
-        raise InputError("name one board", where="--board", remedy=remedy)
+        raise InputError("name one board", "--board", remedy)
     if args.board is not None:
         return chessboard(args.board, args.square)
     return charuco(args.charuco, args.square)
@@ -144,13 +144,9 @@ def calibrate_lens(args: Namespace) -> int:
         lens = calibrate_intrinsics(found.sightings[0], found.board, model=args.model)
     write_calibration(args.output, {lens.camera.name: lens.camera})
     facts = {"calibration": args.output, "board": found.board, **report.lens_facts(lens)}
-    put_calibration(
-        facts,
-        [report.lens_table([lens]), report.candidate_table(lens)],
-        lens.sightings.left_out,
-        [*found.findings, *lens.findings],
-        as_json=args.json,
-    )
+    tables = [report.lens_table([lens]), report.candidate_table(lens)]
+    findings = [*found.findings, *lens.findings]
+    put_calibration(facts, tables, lens.sightings.left_out, findings, as_json=args.json)
     return OK
 
 
@@ -178,10 +174,8 @@ def calibrate_pair(args: Namespace) -> int:
     """
     check_model(args.model)
     board_of(args)
-    sources = [
-        pictures.pictures_of_glob(pattern, f"{args.view}_{side}", f"--{side}")
-        for side, pattern in (("left", args.left), ("right", args.right))
-    ]
+    sides = (("left", args.left), ("right", args.right))
+    sources = [pictures.pictures_of_glob(one, f"{args.view}_{s}", f"--{s}") for s, one in sides]
     return put_world(args, sources, as_pair=True)
 
 
@@ -190,7 +184,7 @@ def _check_pairs(found: Search) -> None:
         what = "no pair of pictures shows the board in both images"
         order = "check that the pictures of both are in the same order"
         remedy = f"Film again with the board where both cameras see it whole, and {order}."
-        raise InputError(what, where="--left and --right", remedy=remedy)
+        raise InputError(what, "--left and --right", remedy)
 
 
 def _pair_told(world: World) -> tuple[dict[str, Any], list[Table]]:
@@ -278,9 +272,7 @@ def _size(given: str | None) -> tuple[int, int] | None:
         return None
     found = re.fullmatch(r"(\d{1,5})x(\d{1,5})", given.strip())
     if found is None or "0" in found.groups():
-        raise InputError(
-            f"{given!r} is not an image size", where="--size", remedy="Write e.g. 1280x720."
-        )
+        raise InputError(f"{given!r} is not an image size", "--size", "Write e.g. 1280x720.")
     return int(found[1]), int(found[2])
 
 
@@ -333,15 +325,11 @@ def _facts(foreign: ForeignCalibration, decided: deciding.Decided, output: Path)
 def _tables(foreign: ForeignCalibration, decided: deciding.Decided) -> tuple[Table, ...]:
     reasons = [(reason,) for reason in decided.reasons]
     chosen = Table(f"Calibration of {foreign.format}", ("how it was read",), reasons)
-    rows = [
-        (
-            camera.name,
-            f"{camera.width} x {camera.height}",
-            f"{camera.focal:.0f} px",
-            " ".join(f"{value:.3f}" for value in camera.position_world),
-        )
-        for camera in decided.cameras.values()
-    ]
+    rows = []
+    for camera in decided.cameras.values():
+        size, focal = f"{camera.width} x {camera.height}", f"{camera.focal:.0f} px"
+        place = " ".join(f"{value:.3f}" for value in camera.position_world)
+        rows.append((camera.name, size, focal, place))
     cameras = Table("Cameras", ("camera", ">size", ">focal", ">place (m)"), rows)
     return (chosen, cameras) if reasons else (cameras,)
 
@@ -373,7 +361,7 @@ def export_calibration(args: Namespace) -> int:
     options.check_suffix(args.output, *(_OPENCV if form == "opencv" else (".toml",)))
     if args.output.resolve() == args.calibration.resolve():
         what = "this is the calibration that is read"
-        raise InputError(what, where=str(args.output), remedy="Choose another name.")
+        raise InputError(what, args.output, "Choose another name.")
     cameras = read_calibration(args.calibration)
     write_foreign(args.output, list(cameras.values()), form, args.units)
     facts = {"format": form, "units": args.units, "cameras": list(cameras)}

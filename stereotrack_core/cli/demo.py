@@ -90,12 +90,9 @@ def _accuracy(recording: Recording, found: LandmarkTrajectory) -> Accuracy:
 
 
 def _put_errors(
-    preset_name: str,
-    recording: Recording,
-    found: LandmarkTrajectory,
-    frames_per_second: float | None,
+    preset_name: str, recording: Recording, found: LandmarkTrajectory, fps: float | None
 ) -> None:
     accuracy = _accuracy(recording, found)
     title = f"Demo recording, preset {preset_name}, {len(found.frame)} frames"
-    put_table(error_table(accuracy, title, frames_per_second))
+    put_table(error_table(accuracy, title, fps))
     put_table(segment_table(accuracy.segments))

@@ -3,6 +3,7 @@
 from argparse import Namespace
 from collections.abc import Sequence
 from itertools import takewhile
+from typing import Any
 
 from stereotrack_core.cli import options
 from stereotrack_core.cli.output import FAILED, OK, progress, put_facts, put_result, say, stoppable
@@ -50,7 +51,7 @@ def run(args: Namespace) -> int:
     """
     if args.model is None and args.layout is not None:
         what = "the installed detector's points have names"
-        raise InputError(what, where="--layout", remedy="Omit it, or give --model.")
+        raise InputError(what, "--layout", "Omit it, or give --model.")
     recording = open_recording(args.recording)
     views = views_of(recording, args.views)
     frames = frames_within(args.frames, frame_count(recording, views))
@@ -122,14 +123,9 @@ def detector(args: Namespace) -> int:
             return OK
         with stoppable() as stopped:
             state = install(args.source, say=say, cancelled=stopped)
-    facts = {
-        "installed": state.complete,
-        "folder": str(state.folder),
-        "files": dict(state.files),
-        "runtime": state.runtime or None,
-        "licence": LICENCE,
-        "source": SOURCE,
-    }
+    facts: dict[str, Any] = {"installed": state.complete, "folder": str(state.folder)}
+    facts |= {"files": dict(state.files), "runtime": state.runtime or None}
+    facts |= {"licence": LICENCE, "source": SOURCE}
     put_result(facts, _table(state), as_json=args.json)
     what, remedy = state.problem()
     if what:
@@ -138,11 +134,8 @@ def detector(args: Namespace) -> int:
 
 
 def _table(state: Installation) -> Table:
-    rows = [
-        (one.name, one.purpose, f"{one.size / 1e6:.1f} MB", state.files[one.name])
-        for one in (*MODEL_FILES, HEAVY)
-        if one.name in state.files
-    ]
+    files = [one for one in (*MODEL_FILES, HEAVY) if one.name in state.files]
+    rows = [(f.name, f.purpose, f"{f.size / 1e6:.1f} MB", state.files[f.name]) for f in files]
     rows += [
         ("ai-edge-litert", "runs them", state.runtime, "installed" if state.runtime else "missing"),
         ("folder", "", "", str(state.folder)),

@@ -91,9 +91,7 @@ def run(args: Namespace) -> int:
     """
     wanted = args.angles or args.failures or args.against is not None
     if args.changes and not args.failures:
-        raise InputError(
-            "it changes how failures are detected", where="--set", remedy="Add --failures."
-        )
+        raise InputError("it changes how failures are detected", "--set", "Add --failures.")
     measured = _measured_of(args, needs_truth=not wanted)
     told: dict[str, Told] = {}
     if not wanted and measured.truth is not None:
@@ -145,7 +143,7 @@ def _measured_of(args: Namespace, *, needs_truth: bool) -> Measured:
         segments = known if truth is None else truth.segments
         if not segments:
             remedy = "Put a segments.csv beside the recording or the reference, or omit --segments."
-            raise InputError("the recording has no segments", where=str(folder), remedy=remedy)
+            raise InputError("the recording has no segments", folder, remedy)
     args.segments = bool(segments)  # of either
     return Measured(path, trajectory, stored, truth, asked_frames(args.frames), segments, stated)
 
@@ -157,18 +155,15 @@ def _errors_told(args: Namespace, measured: Measured, truth: sources.Truth) -> T
     known = truth.reference, truth.states, measured.segments, measured.frames
     accuracy = accuracy_of(found, *known, weigh=args.weigh)
     if args.weigh and not accuracy.quality:
-        remedy = "Give the .npz of `stereotrack fit`, or omit --weigh."
         what = "the reference does not state its uncertainty"
-        raise InputError(what, where=str(truth.source), remedy=remedy)
+        raise InputError(what, truth.source, "Give the .npz of `stereotrack fit`, or omit --weigh.")
     if not len(accuracy.errors.frame):
         raise none_of_the_frames("--frames" if args.frames else "--reference")
     frame = accuracy.errors.frame
     if absent := int((~np.isin(frame, trajectory.frame)).sum()):
         more = "" if args.frames else " Restrict the range with --frames A:B."
-        say(
-            f"The run lacks {absent} of the {len(frame)} frames of the reference. They count "
-            f"90 deg and 500 mm.{more}"
-        )
+        lacking = f"The run lacks {absent} of the {len(frame)} frames of the reference"
+        say(f"{lacking}. They count 90 deg and 500 mm.{more}")
     if heading := heading_words(meta.get(HEADING)):
         say(f"{measured.path}: {heading.what}. {heading.remedy}")
     seconds = meta.get("wall_seconds")
@@ -228,11 +223,9 @@ def _angles_told(args: Namespace, measured: Measured) -> Told:
     angles, fps = sources.angles_in(measured.path, measured.trajectory, measured.run, args.fps)
     angles = angles.between(measured.frames.start, measured.frames.stop)
     if not len(angles.frame):
-        raise InputError(
-            "there are no frames to process",
-            where="--frames" if args.frames is not None else str(measured.path),
-            remedy="Give a file with frames, or another frame range.",
-        )
+        what = "there are no frames to process"
+        where = "--frames" if args.frames is not None else str(measured.path)
+        raise InputError(what, where, "Give a file with frames, or another frame range.")
     stretches = joint_angles.angle_ranges(angles, measured.segments)
     facts: dict[str, Any] = {"frames_per_second": fps, "stretches": [asdict(s) for s in stretches]}
     tables: list[Table | str] = [*map(reported.range_table, stretches)]
@@ -253,11 +246,9 @@ def _failures_told(args: Namespace, measured: Measured) -> Told:
     run = measured.run
     if run is None:
         what = "failures are found in complete runs only"
-        remedy = "Give a run that was written as .npz."
-        raise InputError(what, where=str(measured.path), remedy=remedy)
-    recording = sources.recording_of_run(
-        args.recording, run, "causes are classified from the run alone"
-    )
+        raise InputError(what, measured.path, "Give a run that was written as .npz.")
+    otherwise = "causes are classified from the run alone"
+    recording = sources.recording_of_run(args.recording, run, otherwise)
     reference = None if measured.truth is None else measured.truth.reference
     fps = recording.fps if recording is not None else fps_of_run(run)
     search = FailureSearch(run, fps, reference, recording, rules)
@@ -272,9 +263,8 @@ def _failures_told(args: Namespace, measured: Measured) -> Told:
             "Without depth, failures are detected against a reference alone (--reference). Without "
             "one, only frames that are not tracked are listed."
         )
-    listed = [
-        e for e in every if e.first < measured.frames.stop and e.last >= measured.frames.start
-    ]
+    asked = measured.frames
+    listed = [e for e in every if e.first < asked.stop and e.last >= asked.start]
     facts: dict[str, Any] = {"fps": fps, "rules": rules.values(), "list": listed}
     heading = f"{counted(len(listed), 'failure') if listed else 'No failures'} in {measured.path}"
     if not listed:
@@ -298,24 +288,18 @@ def _against_told(args: Namespace, measured: Measured) -> Told:
             unexplained = values_at(own.frame, values, own.fps, fps, other.frame)[:, 0, 0]
     prints = {one.meta.get("fingerprint") for one in (run, measured.run) if one is not None}
     if len(prints - {None}) > 1:
-        say(
-            "The runs are of different recordings, so their differences are meaningless: "
-            f"{path}, {measured.path}."
-        )
+        what = "The runs are of different recordings, so their differences are meaningless"
+        say(f"{what}: {path}, {measured.path}.")
     mine = None if measured.run is None else measured.run.unexplained_fraction
-    both = [
-        comparing.Candidate("A", other, unexplained),
-        comparing.Candidate("B", measured.trajectory, mine),
-    ]
+    both = [comparing.Candidate("A", other, unexplained)]
+    both.append(comparing.Candidate("B", measured.trajectory, mine))
     reference = None if measured.truth is None else measured.truth.reference
     whole = comparing.compare(both, reference, measured.frames)
     parts = comparing.compare_segments(both, reference, measured.segments, measured.frames)
     facts = {"run": path, **_comparison_facts(whole)}
     if args.segments:
-        facts["segments"] = [
-            {"name": name} | ({} if part is None else _comparison_facts(part))
-            for name, part in parts
-        ]
+        told = ((name, {} if part is None else _comparison_facts(part)) for name, part in parts)
+        facts["segments"] = [{"name": name, **own} for name, own in told]
     tables: list[Table | str] = [f"A  {path}\nB  {measured.path}"]
     for title, comparison in (("", whole), *parts):
         if comparison is None:
@@ -359,12 +343,9 @@ def _comparison_facts(comparison: comparing.Comparison) -> dict[str, Any]:
     measures = {}
     for paired in pair.measures:
         facts = asdict(paired)
-        measures[paired.measure.name] = {
-            "unit": facts.pop("measure")["unit"],
-            **facts,
-            "differs": paired.differs,
-            "verdict": comparing.verdict(paired, "A", "B"),
-        }
+        unit, verdict = facts.pop("measure")["unit"], comparing.verdict(paired, "A", "B")
+        facts = {"unit": unit, **facts, "differs": paired.differs, "verdict": verdict}
+        measures[paired.measure.name] = facts
     return {
         "frames": len(comparison.frames),
         "first_frame": comparison.frames[0],

@@ -96,8 +96,8 @@ def _project_keypoints(
     if not known or (args.predictions and args.predictions not in known):
         raise InputError(
             f"the project has no keypoints of {args.predictions or 'any detector'}",
-            where=str(project.path),
-            remedy=f"Its detectors: {', '.join(known) or 'none'}. Import keypoints with "
+            project.path,
+            f"Its detectors: {', '.join(known) or 'none'}. Import keypoints with "
             "`stereotrack import predictions`.",
         )
     keypoints = project.keypoints.all(args.predictions or None)
@@ -109,12 +109,11 @@ def _reference(project: Project, name: str | None) -> Reference:
     names = project.references.names()
     if not names:
         remedy = "Fit the clicks first, in the workbench or with `stereotrack fit`."
-        raise InputError("the project has no reference", where=str(project.path), remedy=remedy)
+        raise InputError("the project has no reference", project.path, remedy)
     chosen = name or project.chosen(project.references) or (names[0] if len(names) == 1 else None)
     if chosen is None:
         what = "the project has several references and none is active"
-        remedy = f"Choose one with --reference: {', '.join(names)}."
-        raise InputError(what, where=str(project.path), remedy=remedy)
+        raise InputError(what, project.path, f"Choose one with --reference: {', '.join(names)}.")
     return load_reference(project.references, chosen)
 
 
@@ -124,8 +123,7 @@ def _trajectory(args: Namespace, form: exporting.ExportFormat) -> exporting.Expo
         ("--predictions", args.predictions, "predictions"),
     ):
         if given is not None:
-            remedy = "Omit this option."
-            raise InputError(f"only projects contain {what}", where=option_name, remedy=remedy)
+            raise InputError(f"only projects contain {what}", option_name, "Omit this option.")
     if is_reference(args.source):
         exporting.writer(form, "reference")
         reference = read_reference(args.source)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from stereotrack_core.annotation import doubts, personal_subject
-from stereotrack_core.annotation.click import Click, ClickKey
+from stereotrack_core.annotation.click import Click, ClickKey, Sigmas
 from stereotrack_core.annotation.fit.fit import FitRequest, clicks_in, fit_reference
 from stereotrack_core.annotation.fit.results import CLICKED, GAP, INTERPOLATED, TrajectoryFit
 from stereotrack_core.annotation.fit.state import FitSettings
@@ -39,7 +39,7 @@ def _personalise(
     recording: Recording,
     clicks: Sequence[Click],
     settings: FitSettings,
-    sigma: Mapping[str, float] | float,
+    sigma: Sigmas,
 ) -> int:
     run = None if args.tracked is None else read_run(args.tracked)
     where = str(args.clicks)
@@ -47,7 +47,7 @@ def _personalise(
         recording, tuple(clicks), sigma, settings, where, run, args.views
     )
     if not work.by_frame:
-        raise InputError("there is no click", where=where, remedy="Click a few frames first.")
+        raise InputError("there is no click", where, "Click a few frames first.")
     for sentence in () if run is None else other_files(run, recording):
         say(f"{args.tracked}: {sentence}")
     end = max(work.by_frame) + 1
@@ -160,7 +160,7 @@ def _tell(
     residuals = doubts.residuals_by_camera(clicks, recording.cameras, NINE, doubtful)
     facts = _facts(fit, outliers, doubtful)
     facts["cameras"] = {
-        one.camera: {"clicks": one.count, "residual_px": one.median_px} for one in residuals
+        r.camera: {"clicks": r.count, "residual_px": r.median_px} for r in residuals
     }
     if args.json:
         put_json({"reference": args.output, **facts})
@@ -212,9 +212,7 @@ def _table(facts: Mapping[str, Any], title: str) -> Table:
         for camera, one in facts["cameras"].items()
     ]
     limbs = facts["limb_sigma_deg"].items()
-    rows += [
-        (f"uncertainty {limb.replace('_', ' ')}", spread_words(deg, " deg")) for limb, deg in limbs
-    ]
+    rows += [(f"uncertainty {n.replace('_', ' ')}", spread_words(d, " deg")) for n, d in limbs]
     return Table(title, ("what", ">value"), rows)
 
 

@@ -158,8 +158,8 @@ def _rates(texts: Sequence[str], known: Sequence[str]) -> Mapping[str, float]:
             _check_known([source], known, "--fps")
         rates[source] = _number(number, "--fps", "rate")
         if not rates[source] > 0:
-            raise InputError(f"{number} frames per second is not possible", where="--fps",
-                             remedy="Use more than 0.")  # fmt: skip
+            what = f"{number} frames per second is not possible"
+            raise InputError(what, "--fps", "Use more than 0.")
     return rates
 
 
@@ -171,7 +171,7 @@ def _views(texts: Sequence[str], known: Sequence[str]) -> Views:
         _check_known(views[name], known, "--view")
         if len(views[name]) > 2:
             what = f"the view {name} has {len(views[name])} sources"
-            raise InputError(what, where="--view", remedy="Give one, left,right, or image,depth.")
+            raise InputError(what, "--view", "Give one, left,right, or image,depth.")
     return views
 
 
@@ -209,7 +209,7 @@ def _number(text: str, where: str, what: str) -> float:
     with suppress(ValueError):
         if math.isfinite(value := float(text)):
             return value
-    raise InputError(f"{text!r} is no {what}", where=where, remedy="Give a number.")
+    raise InputError(f"{text!r} is no {what}", where, "Give a number.")
 
 
 def _unit(choices: Choices, given: float | None) -> float:
@@ -234,7 +234,7 @@ def _check_known(asked: Any, known: Sequence[str], where: str) -> None:
     for name in asked:
         if name not in known:
             remedy = f"{did_you_mean(name, known)}There are: {', '.join(known)}."
-            raise InputError(f"there is no {name!r}", where=where, remedy=remedy)
+            raise InputError(f"there is no {name!r}", where, remedy)
 
 
 def _facts(choices: Choices, folder: Path) -> dict[str, Any]:

@@ -41,12 +41,9 @@ def run(args: Namespace) -> int:
     folder: Path = args.recording
     if not folder.is_dir():
         what = "this is a file" if folder.is_file() else "there is no such folder"
-        remedy = "Give the folder that contains recording.toml."
-        raise InputError(what, where=str(folder), remedy=remedy)
+        raise InputError(what, folder, "Give the folder that contains recording.toml.")
     if args.correct and not args.deep:
-        raise InputError(
-            "corrections need what is measured", where="--correct", remedy="Add --deep."
-        )
+        raise InputError("corrections need what is measured", "--correct", "Add --deep.")
     depth = preset(args.preset, args.changes).depth
     measured: tuple[Finding, ...] = ()
     if args.deep:

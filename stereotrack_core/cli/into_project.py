@@ -45,7 +45,7 @@ def create(args: Namespace) -> int:
     options.check_output(path, recording.folder)
     if path.exists():
         remedy = "Open it with `stereotrack open`, or choose another name with -o."
-        raise InputError("there is such a file already", where=str(path), remedy=remedy)
+        raise InputError("there is such a file already", path, remedy)
     landmarks = None if args.landmarks is None else read_landmark_set(args.landmarks)
     with Project.create(path, recording.folder, who=args.annotator or "") as project:
         if landmarks is not None:
@@ -86,7 +86,7 @@ def import_labels(args: Namespace) -> int:
     """
     stated = sources.stated_in(args)
     if not args.file.is_file():
-        raise InputError("there is no such file", where=str(args.file), remedy="Check the path.")
+        raise InputError("there is no such file", args.file, "Check the path.")
     trajectory = is_trajectory(args.file)
     with sources.open_project(args.into, read_only=False) as project:
         facts = (_reference if trajectory else _clicks)(args, project, stated)
@@ -114,14 +114,9 @@ def _clicks(args: Namespace, project: Project, stated: Stated) -> dict[str, Any]
     taken = found.taken(decided)
     if taken:
         project.apply(found.edit(decided))
-    return {
-        "taken": len(taken),
-        "new": len(found.new),
-        "the_same": len(found.same),
-        "different": len(found.conflicts),
-        "problems": problems,
-        "landmarks_left_out": left_out,
-    }
+    counts = {"taken": len(taken), "new": len(found.new), "the_same": len(found.same)}
+    counts["different"] = len(found.conflicts)
+    return {**counts, "problems": problems, "landmarks_left_out": left_out}
 
 
 def _reference(args: Namespace, project: Project, stated: Stated) -> dict[str, Any]:
@@ -134,9 +129,8 @@ def _reference(args: Namespace, project: Project, stated: Stated) -> dict[str, A
     name = args.file.stem
     replacing = args.conflicts == "theirs"
     if name in project.references.names() and not replacing:
-        what = f"the project already has a reference {name!r}"
         remedy = "Rename the file, or replace the reference with --conflicts theirs."
-        raise InputError(what, where=str(args.file), remedy=remedy)
+        raise InputError(f"the project already has a reference {name!r}", args.file, remedy)
     project.apply(save_reference(name, reference, replacing=replacing))
     return {"reference": name, "frames": len(reference.frame)}
 
@@ -146,7 +140,7 @@ def _refuse(args: Namespace, why: str, *options: str) -> None:
     for name in options:
         if getattr(args, name):
             where = f"--{name.removesuffix('s') if name == 'names' else name}"
-            raise InputError(why, where=where, remedy="Omit this option.")
+            raise InputError(why, where, "Omit this option.")
 
 
 def _say_problems(labels: Labels, *, skip: bool) -> None:
@@ -159,7 +153,7 @@ def _say_problems(labels: Labels, *, skip: bool) -> None:
         first = labels.problems[0]
         what = f"{len(labels.problems)} of its lines cannot be read; nothing was imported"
         remedy = "Correct them, or import the rest with --skip-problems."
-        raise InputError(what, where=first.where, remedy=remedy)
+        raise InputError(what, first.where, remedy)
 
 
 @options.command(
@@ -198,20 +192,11 @@ def import_predictions(args: Namespace) -> int:
     names = stated_names(args.names, "--name")
     layout = None if args.layout is None else layout_named(args.layout)
     if args.all_people and args.person is not None:
-        raise InputError(
-            "all people are kept, or one", where="--person", remedy="Omit it or --all-people."
-        )
+        raise InputError("all people are kept, or one", "--person", "Omit it or --all-people.")
     with sources.open_project(args.into, read_only=False) as project:
         recording = sources.recording_of(project)
-        source = KeypointSource(
-            args.file,
-            recording,
-            (),
-            args.camera,
-            names,
-            layout=layout,
-            detector=args.detector or "",
-        )
+        source = KeypointSource(args.file, recording, (), args.camera, names)
+        source = replace(source, layout=layout, detector=args.detector or "")
         found = plan_import(
             project, (source,), frame_count(recording),
             all_people=args.all_people, person=args.person, propose=args.propose,

@@ -179,28 +179,23 @@ def check_suffix(path: Path, *suffixes: str) -> None:
     """Raise InputError for a file's name that ends in none of these, with one that would do."""
     if suffixes and path.suffix.lower() not in suffixes:
         what = f"the name must end in {' or '.join(suffixes)}"
-        remedy = f"Use the name {path.with_suffix(suffixes[0]).name}."
-        raise InputError(what, where=str(path), remedy=remedy)
+        raise InputError(what, path, f"Use the name {path.with_suffix(suffixes[0]).name}.")
 
 
 def check_output(path: Path, recording: Path | None = None) -> Path:
     """Refuse what could not be written after long work: no folder, or one of the recording."""
     if not path.parent.is_dir():
         remedy = "Create it, or choose another folder."
-        raise InputError("there is no such folder", where=str(path.parent), remedy=remedy)
+        raise InputError("there is no such folder", path.parent, remedy)
     if path.is_dir():
-        raise InputError(
-            "this is a folder", where=str(path), remedy="Give the name of a file in it."
-        )
+        raise InputError("this is a folder", path, "Give the name of a file in it.")
     place = Path(os.path.realpath(path))  # which knows links that lead in a circle
     if recording is not None and place.is_relative_to(os.path.realpath(recording)):
         what = "this is inside the recording folder, which is never written to"
-        remedy = "Choose a place outside the recording folder."
-        raise InputError(what, where=str(path), remedy=remedy)
+        raise InputError(what, path, "Choose a place outside the recording folder.")
     try:
         tempfile.TemporaryFile(dir=path.parent).close()
     except OSError as error:
         what = f"cannot write to this folder ({error.strerror})"
-        remedy = "Choose a folder that you may write to."
-        raise InputError(what, where=str(path.parent), remedy=remedy) from None
+        raise InputError(what, path.parent, "Choose a folder that you may write to.") from None
     return path

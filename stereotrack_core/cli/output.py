@@ -92,20 +92,14 @@ def put_table(table: Table) -> None:
     drawn = RichTable(box=box.SIMPLE_HEAD)
     for heading in table.columns:
         right = heading.startswith(">")
-        drawn.add_column(
-            Text(visible(heading.removeprefix(">"))),
-            justify="right" if right else "left",
-            overflow="fold",
-        )
+        text = Text(visible(heading.removeprefix(">")))
+        drawn.add_column(text, justify="right" if right else "left", overflow="fold")
     for row in table.rows:
         drawn.add_row(*(Text(visible(cell)) for cell in row))
     terminal = sys.stdout.isatty()
     buffer = StringIO()
-    console = Console(
-        file=sys.stdout if terminal else buffer,
-        width=None if terminal else _WIDTH_WITHOUT_TERMINAL,
-        highlight=False,
-    )
+    width = None if terminal else _WIDTH_WITHOUT_TERMINAL
+    console = Console(file=sys.stdout if terminal else buffer, width=width, highlight=False)
     console.print(Text(visible(table.title), style="bold"), drawn, sep="\n")
     if not terminal:
         put("\n".join(line.rstrip() for line in buffer.getvalue().rstrip().split("\n")) + "\n")

@@ -55,9 +55,7 @@ def _source(args: Namespace) -> Source:
         return _of_project(args)
 
     if args.run_name is not None:
-        raise InputError(
-            "only projects contain several runs", where="--run", remedy="Omit this name."
-        )
+        raise InputError("only projects contain several runs", "--run", "Omit this name.")
     stored = read_run(args.source)
     sources.say_if_unfinished(args.source, stored)
     recording = sources.recording_of_run(args.recording, stored, "images are left out")
@@ -67,17 +65,14 @@ def _source(args: Namespace) -> Source:
 def _of_project(args: Namespace) -> Source:
     with sources.open_project(args.source) as project:
         kept = {one.name: one for one in kept_runs(project.runs)}
-        name = (
-            args.run_name
-            or project.chosen(project.runs)
-            or (next(iter(kept)) if len(kept) == 1 else "")
-        )
+        only = next(iter(kept)) if len(kept) == 1 else ""
+        name = args.run_name or project.chosen(project.runs) or only
         if name not in kept:
             what = "the project has several runs" if kept else "the project contains no run"
             what = f"the project has no run {name!r}" if name else what
             remedy = "Track and store one in the workbench, or give a run file."
             remedy = f"Choose one with --run: {', '.join(kept)}." if kept else remedy
-            raise InputError(what, where=str(args.source), remedy=remedy)
+            raise InputError(what, args.source, remedy)
         stored = load_run(project.runs, name)
         recording = (
             sources.recording_of_run(args.recording, stored, "")
@@ -90,12 +85,8 @@ def _of_project(args: Namespace) -> Source:
         chosen = project.chosen(project.references)
         if args.reference is None and chosen is not None:
             states = load_reference(project.references, chosen)
-            source = replace(
-                source,
-                reference=states.trajectory(),
-                states=states,
-                reference_name=f"the project's reference {chosen}",
-            )
+            known, said = states.trajectory(), f"the project's reference {chosen}"
+            source = replace(source, reference=known, states=states, reference_name=said)
         return replace(source, repeat="")
 
 
@@ -115,16 +106,8 @@ def _with_truth(
     elif recording is not None and recording.reference is not None:
         reference, said = recording.reference, "the recording's reference"
     folder = str(recording.folder.name) if recording is not None else "RECORDING"
-    return Source(
-        name=name,
-        run=stored,
-        recording=recording,
-        reference=reference,
-        reference_name=said,
-        states=states,
-        frames=asked_frames(args.frames),
-        repeat=repeat_command(folder, like),
-    )
+    frames, repeat = asked_frames(args.frames), repeat_command(folder, like)
+    return Source(name, stored, recording, reference, said, states, frames, repeat)
 
 
 def _tell(args: Namespace, reported: Reported) -> None:

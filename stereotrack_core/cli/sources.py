@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stereotrack_core.annotation.click import USUAL_SIGMA, Click, click_detections
+from stereotrack_core.annotation.click import USUAL_SIGMA, Click, Sigmas, click_detections
 from stereotrack_core.annotation.reference import MAX_SIGMA, Reference
 from stereotrack_core.arrays import IntArray
 from stereotrack_core.cli.output import say
@@ -108,7 +108,7 @@ def truth_of(
         states = named_reference(given, recording, measured.fps, measured.frame, stated)
         if exclude and states.provenance is None:
             what = "the reference does not state where its landmarks come from"
-            raise InputError(what, where=str(given), remedy="Omit --exclude, or fit it again.")
+            raise InputError(what, given, "Omit --exclude, or fit it again.")
         states = states.without(exclude)
         say_left_out(given, states, max_sigma)
         return Truth(states.trajectory(max_sigma), given, beside, states)
@@ -117,11 +117,10 @@ def truth_of(
         raise InputError(what, remedy="Give the reference with --reference.")
     if recording is None:
         remedy = "Move it back beside the run, or give the reference with --reference."
-        raise InputError("the run's recording was not found", where=str(folder), remedy=remedy)
+        raise InputError("the run's recording was not found", folder, remedy)
     if recording.reference is None:
-        what = "the recording has no readable reference"
         remedy = "See `stereotrack info`, or give the reference with --reference."
-        raise InputError(what, where=str(folder), remedy=remedy)
+        raise InputError("the recording has no readable reference", folder, remedy)
     say_notes(recording.reference.notes)
     return Truth(recording.reference, Path(folder), segments)
 
@@ -178,10 +177,8 @@ def recording_of_run(given: Path | None, run: Run, otherwise: str) -> Recording 
         return None
     recording = open_recording(folder)
     if run.meta.get("fingerprint") not in (None, fingerprint(recording)):
-        say(
-            f"{folder}: this is not the recording that was tracked; its images and its reference "
-            "do not belong to the run."
-        )
+        what = f"{folder}: this is not the recording that was tracked"
+        say(f"{what}; its images and its reference do not belong to the run.")
     return recording
 
 
@@ -189,15 +186,11 @@ def say_if_unfinished(path: Path, run: Run) -> None:
     """Say where a run lacks frames that are still to come."""
     if run.meta.get(INCOMPLETE):
         first, end = run.meta["frames"]
-        say(
-            f"{path}: this run was stopped and is incomplete: it has {len(run.frame)} of "
-            f"{counted(end - first, 'frame')}."
-        )
+        had = f"it has {len(run.frame)} of {counted(end - first, 'frame')}"
+        say(f"{path}: this run was stopped and is incomplete: {had}.")
 
 
-def clicks_in_file(
-    path: Path, recording: Recording, frames: int
-) -> tuple[Sequence[Click], Mapping[str, float] | float]:
+def clicks_in_file(path: Path, recording: Recording, frames: int) -> tuple[Sequence[Click], Sigmas]:
     """Clicks of a project or of a file of clicks, and their usual standard deviation in pixels.
 
     A project knows that of each landmark. Clicks in cameras that the recording does not have are
@@ -218,8 +211,7 @@ def clicks_for_tracking(path: Path, recording: Recording, frames: int) -> Detect
     found = click_detections(clicks, recording.cameras, sigma, str(path.resolve()))
     if not len(found):
         what = "there is no click on any of the nine landmarks"
-        remedy = "Click landmarks in frames in which the tracker is wrong."
-        raise InputError(what, where=str(path), remedy=remedy)
+        raise InputError(what, path, "Click landmarks in frames in which the tracker is wrong.")
     return found
 
 
@@ -239,7 +231,7 @@ def named_scenarios(project: Project) -> tuple[Segment, ...]:
     found = segments_of(project, recording_of(project))
     if not found:
         remedy = "Select frames in the timeline of the workbench and choose Name stretch."
-        raise InputError("no stretch has a name", where=str(project.path), remedy=remedy)
+        raise InputError("no stretch has a name", project.path, remedy)
     return found
 
 
@@ -274,7 +266,7 @@ def recording_of(project: Project) -> Recording:
     if place.folder is None:
         what = "the project's recording was not found"
         remedy = "Move it back beside the project, or choose its folder in the workbench."
-        raise InputError(what, where=project.recording_place().absolute, remedy=remedy)
+        raise InputError(what, project.recording_place().absolute, remedy)
     return open_recording(place.folder)
 
 
@@ -284,9 +276,7 @@ def angles_in(
     """Joint angles of a file, and the given or its own rate; InputError where there is none."""
     rate = fps if fps is not None else trajectory.fps
     if rate is None:
-        raise InputError(
-            "the file does not state its frame rate", where=str(path), remedy="Give --fps N."
-        )
+        raise InputError("the file does not state its frame rate", path, "Give --fps N.")
     if run is not None:
         return joint_angles.angles_of_run(run), rate
     if path.suffix.lower() == ".npz":
@@ -306,8 +296,7 @@ def stated_for(args: Namespace, *paths: Path | None) -> dict[Path, Stated]:
     if not able:
         if given:
             raise run_file.unstatable(given[0])
-        what = "no file is given that they could be of"
-        raise InputError(what, where="--name, --axes", remedy="Omit them.")
+        raise InputError("no file is given that they could be of", "--name, --axes", "Omit them.")
     return dict.fromkeys([p for p in able if p.suffix.lower() != ".csv"] or able, stated)
 
 

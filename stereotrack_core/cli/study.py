@@ -93,7 +93,7 @@ def workers_of(args: Namespace) -> ClusterWorkers | LocalWorkers:
     """A cluster, or processes of this machine. Raises InputError for both at once."""
     if args.scheduler and args.workers is not None:
         what = "runs are computed on this machine or on a cluster"
-        raise InputError(what, where="--workers, --scheduler", remedy="Use only one of them.")
+        raise InputError(what, "--workers, --scheduler", "Use only one of them.")
     return ClusterWorkers(args.scheduler) if args.scheduler else LocalWorkers(args.workers)
 
 
@@ -116,12 +116,9 @@ def create(args: Namespace) -> int:
         listed = description.with_recordings(before, args.folders, Work(stopped=stopped))
     study = listed.study
     description.write_study(study)
-    facts = {
-        "recordings": len(study.rows),
-        "projects": sum(bool(row.project) for row in study.rows),
-        "added": list(listed.added),
-        "factors": list(study.factors),
-    }
+    facts: dict[str, Any] = {"recordings": len(study.rows)}
+    facts["projects"] = sum(bool(row.project) for row in study.rows)
+    facts |= {"added": list(listed.added), "factors": list(study.factors)}
     put_facts(facts, f"Study {study.path}", as_json=args.json, study=study.path)
     return OK
 
@@ -137,14 +134,10 @@ def status(args: Namespace) -> int:
         status = study_status(study, rows, results, work)
     shown = [one for one in COLUMNS if any(one.value(row) is not None for row in status)]
     headings = [one.label if one.name == "views" else f">{one.label}" for one in shown]
-    cells = [
-        [
-            row.row.recording,
-            *(row.row.cell(name) for name in study.factors),
-            *(column.text(row) for column in shown),
-        ]
-        for row in status
-    ]
+    cells = []
+    for row in status:
+        factors = (row.row.cell(name) for name in study.factors)
+        cells.append([row.row.recording, *factors, *(column.text(row) for column in shown)])
     title = f"Study {study.path}: {len(cells)} recordings"
     facts = {"study": study.path, "recordings": [row_facts(row) for row in status]}
     table = Table(title, ("recording", *study.factors, *headings), cells)
@@ -183,10 +176,8 @@ def run(args: Namespace) -> int:
         "stopped": outcome.stopped,
         "runs": runs,
     }
-    title = (
-        f"Study {study.path}: {outcome.computed} computed, {outcome.reused} there already, "
-        f"{len(plan.left_out)} left out"
-    )
+    done = f"{outcome.computed} computed, {outcome.reused} there already"
+    title = f"Study {study.path}: {done}, {len(plan.left_out)} left out"
     put_result(facts, _table(title, runs), as_json=args.json)
     for job, result in failed:
         say(f"Failed: {job.recording}, seed {job.seed}: {result.error}")
@@ -195,12 +186,8 @@ def run(args: Namespace) -> int:
     return FAILED if outcome.stopped or failed or plan.left_out else OK
 
 
-_SHOWN = {
-    "upper_arms": "upper arms",
-    "forearms": "forearms",
-    "lost": "lost",
-    "failures_by_error:count": "failures",
-}
+_SHOWN = {name: name.replace("_", " ") for name in ("upper_arms", "forearms", "lost")}
+_SHOWN["failures_by_error:count"] = "failures"
 
 
 def _facts_of(job: Job, result: JobResult) -> dict[str, Any]:
@@ -217,19 +204,11 @@ def _facts_of(job: Job, result: JobResult) -> dict[str, Any]:
 def _table(title: str, runs: list[dict[str, Any]]) -> Table:
     units = {key: named(key).unit.replace("1", "") for key in _SHOWN}
     headings = [f">{label} {units[key]}".strip() for key, label in _SHOWN.items()]
-    cells = [
-        [
-            row["recording"],
-            row["run"],
-            str(row["frames"]),
-            str(row["tracked"]),
-            *(
-                "-" if (value := row[key.partition(":")[0]]) is None else number(value)
-                for key in _SHOWN
-            ),
-        ]
-        for row in runs
-    ]
+    cells = []
+    for row in runs:
+        named_run = [row["recording"], row["run"], str(row["frames"]), str(row["tracked"])]
+        values = (row[key.partition(":")[0]] for key in _SHOWN)
+        cells.append([*named_run, *("-" if one is None else number(one) for one in values)])
     return Table(title, ("recording", "run", ">frames", ">tracked", *headings), cells)
 
 
@@ -317,7 +296,7 @@ def _study_of(args: Namespace) -> Study:
     settings = settings_of(args)
     if args.search and settings.grid:
         what = "a sweep uses a grid or a search"
-        raise InputError(what, where="--grid, --search", remedy="Use only one of them.")
+        raise InputError(what, "--grid, --search", "Use only one of them.")
     rows = tuple(StudyRecording(str(folder.absolute())) for folder in args.recordings)
     study = Study(args.table, rows, settings)
     check_rows(study)
@@ -335,11 +314,11 @@ def _judged_by(asked: str | None, sources: Sequence[Source]) -> str:
     if measure is None:
         names = [one.name for one in MEASURES]
         remedy = f"{did_you_mean(asked, names)}Available: {', '.join(names)}."
-        raise InputError(f"unknown measure {asked!r}", where="--minimise", remedy=remedy)
+        raise InputError(f"unknown measure {asked!r}", "--minimise", remedy)
     if measure.from_reference and without:
         what = f"{asked} needs a reference, which {without[0].name} does not have"
         remedy = "Choose unexplained_fraction, or recordings with a reference.csv."
-        raise InputError(what, where="--minimise", remedy=remedy)
+        raise InputError(what, "--minimise", remedy)
     return asked
 
 
@@ -394,10 +373,8 @@ def _point_table(summaries: Sequence[PointSummary], by: str) -> Table:
         runs = str(summary.runs) + (f", {summary.failed} failed" if summary.failed else "")
         cells = [summary.values[measure.name].text() for measure in measures]
         rows.append([*(value_text(values.get(name, "")) for name in varied), runs, *cells])
-    title = (
-        f"Mean ± standard deviation over recordings and seeds, best "
-        f"{measures[0].short or measures[0].label} first"
-    )
+    first = measures[0].short or measures[0].label
+    title = f"Mean ± standard deviation over recordings and seeds, best {first} first"
     if len(summaries) > len(rows):
         title += f"; the table has {len(summaries) - len(rows)} more points"
     headings = [f">{one.short or one.label} {one.unit}".strip() for one in measures]

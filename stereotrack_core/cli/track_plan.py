@@ -49,7 +49,7 @@ class UnfinishedOutput:
         """The run to go on with. Raises InputError where there is none, or it cannot be read."""
         if not has_frames(self.part):  # or was killed before its first frame
             what = "there is no unfinished run to resume"
-            raise InputError(what, where=str(self.part), remedy="Omit --resume to start a run.")
+            raise InputError(what, self.part, "Omit --resume to start a run.")
         return read_unfinished(self.part)
 
     def track(
@@ -81,10 +81,8 @@ class UnfinishedOutput:
         """Write what came out; where it is, None if nothing was tracked and an older run stands."""
         done = f"{len(job.run.frame)} of {counted(job.wanted, 'frame')}"
         if job.stopped and self.output.exists():
-            say(
-                f"Stopped after {done}; they are in {self.part}. {self.output} was not changed. "
-                f"To resume: {self.command}"
-            )
+            there = f"Stopped after {done}; they are in {self.part}. {self.output} was not changed"
+            say(f"{there}. To resume: {self.command}")
             return self.part
         if job.nothing and self.output.exists():
             say(f"{self.output} was not changed.")
@@ -115,7 +113,7 @@ def plan_of(args: Namespace, recording: Recording, output: UnfinishedOutput) -> 
         return _plan_resumed(args, recording, output)
     if has_frames(output.part):
         remedy = "Resume it with --resume. To start again, delete it or choose another output."
-        raise InputError("there is an unfinished run here", where=str(output.part), remedy=remedy)
+        raise InputError("there is an unfinished run here", output.part, remedy)
     return _plan(args, recording) if args.like is None else _plan_like(args, recording)
 
 
@@ -163,7 +161,7 @@ def _plan_like(args: Namespace, recording: Recording) -> TrackPlan:
     views = tracked_views(recording, asked, keypoints)
     if args.init is None and not stored.states_first_pose:
         what = "the run does not state its initial pose"
-        raise InputError(what, where=str(args.like), remedy="Set the initial pose with --init.")
+        raise InputError(what, args.like, "Set the initial pose with --init.")
     spec = dataclasses.replace(
         stored.spec,
         settings=settings,
@@ -187,8 +185,7 @@ def _plan_resumed(args: Namespace, recording: Recording, output: UnfinishedOutpu
         if getattr(args, name) not in (None, []):
             what = "an unfinished run is resumed with the settings that it was started with"
             remedy = "Omit this option, or choose another output to start again."
-            where = "--set" if name == "changes" else f"--{name}"
-            raise InputError(what, where=where, remedy=remedy)
+            raise InputError(what, "--set" if name == "changes" else f"--{name}", remedy)
     begun, wish = output.begun()
     run = begun.run()
     check_run(output.part, run)
@@ -202,8 +199,8 @@ def _plan_resumed(args: Namespace, recording: Recording, output: UnfinishedOutpu
     if foreign or not stored.states_first_pose:
         raise InputError(
             "the unfinished run cannot be resumed here" + (f": {foreign[0]}" if foreign else ""),
-            where=str(output.part),
-            remedy="Restore the conditions it was started with, or track to another output. Its "
+            output.part,
+            "Restore the conditions it was started with, or track to another output. Its "
             "frames can still be evaluated and exported.",
         )
     for sentence in repeating.other_versions(run.meta):
@@ -239,7 +236,7 @@ def _frames_like(args: Namespace, stored: repeating.StoredSpec, count: int) -> r
     if frames.stop > count:
         what = f"the run has the frames {frames.start}:{frames.stop}, the recording only 0:{count}"
         remedy = "Use the run's own recording, or restrict the range with --frames A:B."
-        raise InputError(what, where=str(args.like), remedy=remedy)
+        raise InputError(what, args.like, remedy)
     return frames
 
 
@@ -263,9 +260,8 @@ def _clicks(
     _check_used("clicks", settings)
     found = clicks_for_tracking(place, recording, frame_count(recording))
     if path is None and used and found.fingerprint() != used.get("fingerprint"):
-        what = "these are not the clicks that the run used"
         remedy = "Name the clicks to use with --clicks, and track to another output."
-        raise InputError(what, where=str(place), remedy=remedy)
+        raise InputError("these are not the clicks that the run used", place, remedy)
     return found
 
 
@@ -281,7 +277,7 @@ def _keypoints(
         if args.keypoints is None and getattr(args, option) is not None:
             what = "there are no keypoints that it could say anything about"
             remedy = "Give the keypoints with --keypoints, or omit it."
-            raise InputError(what, where=f"--{option}", remedy=remedy)
+            raise InputError(what, f"--{option}", remedy)
     if args.keypoints is None:
         if stored is not None or not detects_first(recording, settings):
             return stored
@@ -294,4 +290,4 @@ def _check_used(what: str, settings: Settings) -> None:
     """Refuse clicks or keypoints where the settings' tracker does not use them."""
     if not settings.follows_data:
         remedy = f"Choose --preset accurate or fast, or omit --{what}."
-        raise InputError(f"this preset does not use {what}", where=f"--{what}", remedy=remedy)
+        raise InputError(f"this preset does not use {what}", f"--{what}", remedy)

@@ -68,7 +68,7 @@ def correct(
     """
     correction = finding.correction
     if correction is None:
-        raise InputError("it has no correction", where=finding.where, remedy=finding.remedy)
+        raise InputError("it has no correction", finding.where, finding.remedy)
     recording, path = open_recording(folder), _file_of(folder, correction)
     forget_unfinished(path)
     text = corrected_text(recording, path, correction).encode()
@@ -88,8 +88,8 @@ def correct(
             raise InputError(
                 f"{path.name} stays as it was: with this correction "
                 f"({words_of(correction).rstrip('.')}) {reason}",
-                where=finding.where,
-                remedy=finding.remedy,
+                finding.where,
+                finding.remedy,
             )
         kept = keep_beside(path)
     return Corrected(path, kept, words_of(correction), measured)
@@ -182,7 +182,7 @@ def _exchange(views: Sequence[dict[str, Any]]) -> None:
         one, other = views
         if [key in one for key in _STREAMS] != [key in other for key in _STREAMS]:
             what = f"the views {one['name']} and {other['name']} have other streams"
-            raise InputError(what, where=DESCRIPTION, remedy="Exchange the files by hand.")
+            raise InputError(what, DESCRIPTION, "Exchange the files by hand.")
         pairs = [(one[key], other[key]) for key in _STREAMS if key in one]
     for a, b in pairs:
         files = [{key: one[key] for key in one if key != "camera"} for one in (b, a)]
@@ -196,20 +196,16 @@ def _shift(content: dict[str, Any], recording: Recording, correction: Correction
     """Let streams of a view begin later by some frames, or all others earlier."""
     count = round(correction.amount)
     keys = ("left",) if correction.kind == "shift_left" else _STREAMS
-    streams = [
-        (view[key], view["name"] in correction.names and key in keys)
-        for view in content["views"]
-        for key in _STREAMS
-        if key in view
-    ]
+    there = [(view, key) for view in content["views"] for key in _STREAMS if key in view]
+    streams = [(v[key], v["name"] in correction.names and key in keys) for v, key in there]
     begins = [int(stream.get("first_frame", 0)) + count * late for stream, late in streams]
     lacking = max(0, -min(begins))
     if lacking and (recording.reference is not None or recording.segments):
         raise InputError(
             "the other streams would have to begin later, and reference and segments count "
             "frames from their beginning",
-            where=DESCRIPTION,
-            remedy="Change first_frame, and the frames of reference and segments.",
+            DESCRIPTION,
+            "Change first_frame, and the frames of reference and segments.",
         )
     for (stream, _), begin in zip(streams, begins, strict=True):
         if begin + lacking or "first_frame" in stream:

@@ -183,13 +183,9 @@ def hindrances(
     names = [v.name for v in others]
     names += [s.camera for v in others for s in v.streams().values() if s.camera]
     elsewhere = [re.compile(rf"\b(view|camera) {re.escape(name)}(,|$)") for name in names]
-    return tuple(
-        one
-        for one in findings
-        if one.severity == "error"
-        and not one.where.startswith(_NOT_TRACKED)
-        and not any(place.search(one.where) for place in elsewhere)
-    )
+    errors = [one for one in findings if one.severity == "error"]
+    tracked = [one for one in errors if not one.where.startswith(_NOT_TRACKED)]
+    return tuple(one for one in tracked if not any(p.search(one.where) for p in elsewhere))
 
 
 def refuse_plainly_wrong(found: Sequence[Finding], where: str, remedy: str) -> None:
@@ -197,4 +193,4 @@ def refuse_plainly_wrong(found: Sequence[Finding], where: str, remedy: str) -> N
     if found:
         more = f", and {counted(len(found) - 1, 'more error')}" if len(found) > 1 else ""
         what = f"it would not be tracked correctly: {found[0].where}: {found[0].what}{more}"
-        raise InputError(what, where=where, remedy=remedy)
+        raise InputError(what, where, remedy)

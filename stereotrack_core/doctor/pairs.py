@@ -122,9 +122,8 @@ def row_fit(cameras: Pair, details: Details) -> RowFit:
     known = np.isfinite(rows) & np.isfinite(parallax)
     if np.count_nonzero(known) < 0.5 * len(rows):
         return RowFit(np.inf, 0.0)
-    return RowFit(
-        float(np.median(np.abs(rows[known]))), float(np.mean(parallax[known] < -_BEHIND_PX))
-    )
+    misfit = float(np.median(np.abs(rows[known])))
+    return RowFit(misfit, float(np.mean(parallax[known] < -_BEHIND_PX)))
 
 
 def offsets(cameras: Pair, details: Details) -> tuple[FloatArray, FloatArray]:
@@ -141,13 +140,9 @@ def offsets(cameras: Pair, details: Details) -> tuple[FloatArray, FloatArray]:
 
 def exchanged_views(a: str, b: str) -> Finding:
     """The finding that the images of two views are exchanged."""
-    return Finding(
-        "error",
-        f"views {a}, {b}",
-        "they are exchanged",
-        f"Exchange the files, or the cameras, of the views {a} and {b}.",
-        Correction("exchange_views", (a, b)),
-    )
+    remedy = f"Exchange the files, or the cameras, of the views {a} and {b}."
+    correction = Correction("exchange_views", (a, b))
+    return Finding("error", f"views {a}, {b}", "they are exchanged", remedy, correction)
 
 
 MENDED_PX = 0.7
@@ -273,23 +268,16 @@ def check_pairs(recording: Recording, reader: FrameReader) -> Iterator[Finding]:
         if cameras[0] is not None and cameras[1] is not None:
             details = details_of(pairs)
             if details.seen > _MANY and len(details.left) < _SHARED * details.seen:
-                what = (
-                    "left and right image share "
-                    f"{100 * len(details.left) / details.seen:.0f} % of their details (more than "
-                    "20 % in good pairs)"
-                )
-                remedy = (
-                    "Check that both files belong to this view, to the same instants, are sharp, "
-                    "and that neither is mirrored."
-                )
+                share = 100 * len(details.left) / details.seen
+                alike = f"left and right image share {share:.0f} % of their details"
+                what = f"{alike} (more than 20 % in good pairs)"
+                check = "Check that both files belong to this view, to the same instants, are sharp"
+                remedy = f"{check}, and that neither is mirrored."
                 yield Finding("error", f"view {view.name}", what, remedy)
             else:
                 matched[view.name] = (cameras[0], cameras[1]), details
-    wrong = {
-        name: found
-        for name, (pair, details) in matched.items()
-        if (found := list(check_pair(name, pair, details)))
-    }
+    tried = {name: list(check_pair(name, *own)) for name, own in matched.items()}
+    wrong = {name: found for name, found in tried.items() if found}
     for (a, (one, of_one)), (b, (other, of_other)) in combinations(matched.items(), 2):
         exchanged = a in wrong and b in wrong and _fit(of_one, one, other)
         if exchanged and _fit(of_other, other, one):

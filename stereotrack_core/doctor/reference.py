@@ -20,11 +20,8 @@ from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 
 _AT = {name: i for i, name in enumerate(LANDMARKS)}
-_PARTS = tuple(
-    (f"{side}_{one}", f"{side}_{other}")
-    for side in ("left", "right")
-    for one, other in (("shoulder", "elbow"), ("elbow", "hand"), ("hip", "shoulder"))
-)
+_ENDS = (("shoulder", "elbow"), ("elbow", "hand"), ("hip", "shoulder"))
+_PARTS = tuple((f"{side}_{a}", f"{side}_{b}") for side in ("left", "right") for a, b in _ENDS)
 _ALONG = np.array([0.0, 1 / 3, 2 / 3, 1.0])  # where on a part its points are
 _FARTHEST = 0.3  # metres as which larger distances count
 _HIDDEN = 0.2  # metres behind a measured surface from which a point is hidden by it
@@ -73,9 +70,8 @@ def bodies(instants: Instants, places: Places, frames: Sequence[int]) -> Sequenc
         ]
 
         def unknown(points: FloatArray, depths: Sequence[ViewDepth] = depths) -> BoolArray:
-            return np.asarray(
-                np.all([_unknown_to(one, points) for one in depths], axis=0), dtype=bool
-            )
+            missed = [_unknown_to(one, points) for one in depths]
+            return np.asarray(np.all(missed, axis=0), dtype=bool)
 
         found.append(Body(frame, scipy.spatial.cKDTree(points), unknown))
     return found
@@ -172,10 +168,8 @@ def _misplaced(
     for axis, axes in _AXES.items():
         changed, _ = limb_fit(measured, limbs_of(_turned(reference.points, axes)), frame)
         if changed < min(_FITS, _MENDED * mean):
-            remedy = (
-                f"Write {', '.join(axes)} for x, y, z (tested: then they lie {_cm(changed)} "
-                "from it)."
-            )
+            tested = f"tested: then they lie {_cm(changed)} from it"
+            remedy = f"Write {', '.join(axes)} for x, y, z ({tested})."
             return Finding("error", "reference.csv", f"{axis}; {beside}", remedy)
     if np.isfinite(moving):
         beside = f"{beside}, and those that move {_cm(moving)}"
@@ -200,11 +194,9 @@ def _cm(metres: float) -> str:
 
 def _late(measured: Sequence[Body], limbs: FloatArray, frame: IntArray) -> int | None:
     """Frames by which the reference is late where it fits clearly better then; None elsewhere."""
-    fits = {
-        late: moving
-        for late in range(-_LONGEST_LAG, _LONGEST_LAG + 1)
-        if np.isfinite(moving := limb_fit(measured, limbs, frame, late)[1])
-    }
+    lags = range(-_LONGEST_LAG, _LONGEST_LAG + 1)
+    moving = {late: limb_fit(measured, limbs, frame, late)[1] for late in lags}
+    fits = {late: one for late, one in moving.items() if np.isfinite(one)}
     if 0 not in fits:
         return None
     best = min(fits, key=lambda late: (fits[late], abs(late)))

@@ -167,14 +167,10 @@ def check_views(recording: Recording, instants: Instants, places: Places) -> Ite
         if exchanged is not None:
             yield exchanged
             return
-    surfaces = [
-        {
-            name: surface_of(one.placed(measured[name]), measured[name].translation)
-            for name, one in seen.items()
-            if name in measured
-        }
-        for seen in instants
-    ]
+    surfaces = []
+    for seen in instants:
+        own = {name: (one, measured[name]) for name, one in seen.items() if name in measured}
+        surfaces.append({n: surface_of(s.placed(m), m.translation) for n, (s, m) in own.items()})
     off = list(check_displacements(recording, surfaces, measured))
     if not off and given.mean() > (_LARGE if _without_which(given) else _PLAIN):
         off.append(_contradiction(given))

@@ -155,13 +155,8 @@ def accuracy_facts(accuracy: Accuracy) -> dict[str, Any]:
     for name, good in accuracy.quality.items():
         facts["measures"][name]["reference_good_to"] = good
     if (doubts := accuracy.doubts) is not None:
-        facts["lost_limbs"] = {
-            "judged": doubts.judged,
-            "lost": doubts.lost,
-            "called_lost": doubts.called,
-            "precision": doubts.precision,
-            "recall": doubts.recall,
-        }
+        told = {"judged": doubts.judged, "lost": doubts.lost, "called_lost": doubts.called}
+        facts["lost_limbs"] = {**told, "precision": doubts.precision, "recall": doubts.recall}
     return facts
 
 

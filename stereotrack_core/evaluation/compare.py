@@ -16,6 +16,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import reduce
+from typing import TypeAlias
 
 import numpy as np
 import scipy
@@ -26,6 +27,9 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation import summary
 from stereotrack_core.recording.description import Segment
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
+
+Frames: TypeAlias = range | IntArray | None
+"""Frames that count; all where none are named."""
 
 MOST_BLOCKS = 8.0  # into no more blocks than these the frames are cut
 LEAST_BLOCKS = 5.0
@@ -186,9 +190,7 @@ class Comparison:
 
 
 def compare(
-    candidates: Sequence[Candidate],
-    reference: LandmarkTrajectory | None,
-    frames: range | IntArray | None = None,
+    candidates: Sequence[Candidate], reference: LandmarkTrajectory | None, frames: Frames = None
 ) -> Comparison:
     """Compare the first run with each of the others over common frames. Raises InputError."""
     if len(candidates) < 2:
@@ -227,9 +229,7 @@ def compare_segments(
 
 
 def measured(
-    candidate: Candidate,
-    reference: LandmarkTrajectory | None,
-    frames: range | IntArray | None = None,
+    candidate: Candidate, reference: LandmarkTrajectory | None, frames: Frames = None
 ) -> tuple[Series, ...]:
     """The measures of one run alone, frame by frame; empty where no frame is left."""
     shared = shared_frames((candidate,), reference, frames)
@@ -239,9 +239,7 @@ def measured(
 
 
 def shared_frames(
-    candidates: Sequence[Candidate],
-    reference: LandmarkTrajectory | None,
-    frames: range | IntArray | None = None,
+    candidates: Sequence[Candidate], reference: LandmarkTrajectory | None, frames: Frames
 ) -> IntArray:
     """Frames that all of them have and, where there is a reference, it knows."""
     several = [candidate.trajectory.frame for candidate in candidates]

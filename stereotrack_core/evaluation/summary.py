@@ -68,14 +68,14 @@ def truth_of(recording: Recording) -> LandmarkTrajectory:
     if recording.reference is None:
         what = "the recording has no reference to measure against"
         remedy = "Choose recordings with a reference.csv; see `stereotrack info`."
-        raise InputError(what, where=str(recording.folder), remedy=remedy)
+        raise InputError(what, recording.folder, remedy)
     return recording.reference
 
 
 def none_of_the_frames(where: str) -> InputError:
     """The error for a reference without any of the frames."""
     what = "the reference contains none of the frames"
-    return InputError(what, where=where, remedy="Choose frames that it contains.")
+    return InputError(what, where, "Choose frames that it contains.")
 
 
 def at_frames(trajectory: LandmarkTrajectory, frames: IntArray) -> LandmarkTrajectory:
@@ -131,12 +131,9 @@ def _both(points: FloatArray, joint: str) -> FloatArray:
 def _axes(points: FloatArray) -> dict[str, FloatArray]:
     """Axes of the torso (F, 3), and of arms (F, 2, 3) with left and right, in metres."""
     hip, shoulder, elbow, hand = (_both(points, j) for j in ("hip", "shoulder", "elbow", "hand"))
-    return {
-        "torso_long": shoulder.mean(axis=1) - hip.mean(axis=1),
-        "torso_cross": shoulder[:, 1] - shoulder[:, 0],
-        "upper_arm": elbow - shoulder,
-        "forearm": hand - elbow,
-    }
+    long, cross = shoulder.mean(axis=1) - hip.mean(axis=1), shoulder[:, 1] - shoulder[:, 0]
+    arms = {"upper_arm": elbow - shoulder, "forearm": hand - elbow}
+    return {"torso_long": long, "torso_cross": cross, **arms}
 
 
 def _angles(axis: FloatArray, true_axis: FloatArray) -> FloatArray:

@@ -114,9 +114,8 @@ def write_bvh(path: Path, trajectory: LandmarkTrajectory, fps: float) -> None:
     first, points = contiguous(trajectory, str(path))
     unknown: BoolArray = np.asarray(np.isnan(points).any(axis=-1))
     if never := [name for k, name in enumerate(LANDMARKS) if unknown[:, k].all()]:
-        what = f"the landmark {never[0]} has no position in any frame"
         remedy = "BVH cannot omit landmarks. Export as csv, trc or c3d instead."
-        raise InputError(what, where=str(path), remedy=remedy)
+        raise InputError(f"the landmark {never[0]} has no position in any frame", path, remedy)
     held = points.copy()
     for k in range(len(LANDMARKS)):  # unknown landmarks stay where they were last (or first) known
         known = np.flatnonzero(~unknown[:, k])

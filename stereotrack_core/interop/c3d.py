@@ -123,9 +123,7 @@ def _content(data: bytes, processor: _Processor, parameters: dict[str, _Paramete
     row = (4 * count + analog) * width
     if begin < _BLOCK:
         raise ValueError("the file is damaged")
-    stated = {
-        name: parameters[name].number(processor) for name in _FRAME_COUNTS if name in parameters
-    }
+    stated = {n: parameters[n].number(processor) for n in _FRAME_COUNTS if n in parameters}
     header = processor.unsigned(data, 6), processor.unsigned(data, 8)
     first, frames, notes = _stretch(header, stated, len(data) - begin, row)
     rate, about_rate = _rate_of(rate, parameters.get("POINT:RATE"), processor)
@@ -257,8 +255,7 @@ def write_c3d(
     frame = trajectory.frame
     if len(frame) and (frame[0] < 0 or frame[-1] > _LAST_FRAME):
         what = f"C3D counts frames from 0 to {_LAST_FRAME}"
-        remedy = "Export part of the run, or use another format."
-        raise InputError(what, where=str(path), remedy=remedy)
+        raise InputError(what, path, "Export part of the run, or use another format.")
     first, points = landmark_file.contiguous(trajectory, str(path))
     residuals = np.zeros(points.shape[:2])
     if residual is not None:
@@ -311,9 +308,8 @@ def read_c3d(path: Path, stated: landmark_file.Stated) -> LandmarkTrajectory:
     try:
         content = _parse_c3d(read_bytes(path, TABLE_BYTES))
     except ValueError as error:
-        raise InputError(
-            str(error), where=str(path), remedy="Use another copy of the file, or export it again."
-        ) from error
+        what = str(error)
+        raise InputError(what, path, "Use another copy of the file, or export it again.") from error
     metres = landmark_file.metres_per(content.texts.get("POINT:UNITS", ""), f"{path}, POINT:UNITS")
     stated_axes = stated.world_from_file is not None
     axes = landmark_file.FileAxes(np.eye(3), "") if stated_axes else _axes_of_screen(content, path)
@@ -330,9 +326,8 @@ def _axes_of_screen(content: _C3DContent, path: Path) -> landmark_file.FileAxes:
     right, vertical = screen.values()
     east, up = landmark_file.axis_in(right or "+X"), landmark_file.axis_in(vertical or "+Z")
     if up is None:
-        what = f"{vertical!r} is not an axis"
         remedy = "State the axes that point east, north and up with --axes."
-        raise InputError(what, where=f"{path}, POINT:Y_SCREEN", remedy=remedy)
+        raise InputError(f"{vertical!r} is not an axis", f"{path}, POINT:Y_SCREEN", remedy)
     given = [name for name, text in screen.items() if text]
     words = f"as stated by {' and '.join(given)}" if given else "as usual in C3D"
     return landmark_file.FileAxes(landmark_file.world_from_up(up, east), words)

@@ -46,16 +46,9 @@ def write_coco(
     images, annotations = [], []
     pictures = label_source.pictures_of(clicks, names, recording, path)
     for number, (camera, frame, found) in enumerate(pictures, start=1):
-        images.append(
-            {
-                "id": number,
-                "file_name": f"{camera.name}/{frame:06d}.png",
-                "width": camera.width,
-                "height": camera.height,
-                "camera": camera.name,
-                "frame": frame,
-            }
-        )
+        name, size = camera.name, {"width": camera.width, "height": camera.height}
+        picture = {"id": number, "file_name": f"{name}/{frame:06d}.png", **size}
+        images.append({**picture, "camera": name, "frame": frame})
         annotations.append(_annotation(number, found, names))
     bones = [[names.index(a) + 1, names.index(b) + 1] for a, b in SKELETON if {a, b} <= set(names)]
     category = {"id": 1, "name": "person", "keypoints": list(names), "skeleton": bones}
@@ -72,16 +65,11 @@ def read_coco(source: label_source.LabelSource) -> label_source.Labels:
     """Read the keypoints of one person; InputError if it is no COCO file, or none is known."""
     path = source.path
     content = coco_content(path)
-    categories = {
-        one.get("id"): [str(name) for name in one["keypoints"]]
-        for one in content["categories"]
-        if one.get("keypoints")
-    }
+    named = [one for one in content["categories"] if one.get("keypoints")]
+    categories = {one.get("id"): [str(name) for name in one["keypoints"]] for one in named}
     theirs = [name for keypoints in categories.values() for name in keypoints]
     if not theirs:
-        raise InputError(
-            "no category has keypoints", where=str(path), remedy="Export keypoints, not boxes."
-        )
+        raise InputError("no category has keypoints", path, "Export keypoints, not boxes.")
     there = [one for one in content["annotations"] if one.get("keypoints") is not None]
     marks = (v for one in there for v in one["keypoints"][2::3])
     score = next((v for v in marks if isinstance(v, float) and not v.is_integer()), None)
@@ -89,7 +77,7 @@ def read_coco(source: label_source.LabelSource) -> label_source.Labels:
         what = f"its keypoints have confidences ({score:g}), so they are predictions and no labels"
         window = "File, Import predictions in the workbench"
         remedy = f"Import them with `stereotrack import predictions`, or {window}."
-        raise InputError(what, where=str(path), remedy=remedy)
+        raise InputError(what, path, remedy)
     place_of_picture = places_of_images(content["images"], source)
     seen: set[tuple[int, str]] = set()
 
@@ -100,14 +88,12 @@ def read_coco(source: label_source.LabelSource) -> label_source.Labels:
             return ()
         if place in seen:
             what = f"the file has a second person in {place[1]} at frame {place[0]}"
-            raise InputError(what, where=where, remedy="Keep only the annotations of one person.")
+            raise InputError(what, where, "Keep only the annotations of one person.")
         seen.add(place)
         keypoints = categories.get(annotation.get("category_id"), [])
         return _clicks(annotation, keypoints, known, place, where)
 
-    unstated = tuple(
-        name for name in ("flag", "sigma") if not any(f"{name}s" in one for one in there)
-    )
+    unstated = tuple(n for n in ("flag", "sigma") if not any(f"{n}s" in one for one in there))
     return replace(source.labels(theirs, there, read), unstated=unstated)
 
 
@@ -151,8 +137,7 @@ def coco_content(path: Path) -> dict[str, list[dict[str, Any]]]:
     check_kind(content, _KINDS, str(path), remedy)
     missing = [key for key in _KINDS if content.get(key) is None]
     if missing:
-        what = f"this is not a COCO file: it lacks {', '.join(missing)}"
-        raise InputError(what, where=str(path), remedy=remedy)
+        raise InputError(f"this is not a COCO file: it lacks {', '.join(missing)}", path, remedy)
     return {key: [one for one in content[key] if one is not None] for key in _KINDS}
 
 
@@ -162,17 +147,13 @@ def places_of_images(
     """Gives frame and camera of the image with an id; None for another camera than stated."""
     by_id = {one.get("id"): one for one in images}
     names = {key: str(one.get("file_name", "")) for key, one in by_id.items()}
-    own = {
-        names[key]: str(one["camera"])
-        for key, one in by_id.items()
-        if one.get("camera") is not None
-    }
+    own = {names[key]: str(c) for key, one in by_id.items() if (c := one.get("camera")) is not None}
     places = label_source.PicturePlaces(source, names.values(), own)
 
     def place(key: Any, where: str) -> tuple[int, str] | None:
         if key not in by_id:
             what = "the image of this annotation is not in the file"
-            raise InputError(what, where=where, remedy="Add it to images.")
+            raise InputError(what, where, "Add it to images.")
         frame = by_id[key].get("frame")
         if not isinstance(frame, int) or isinstance(frame, bool):
             return places.of(names[key], where)
@@ -194,7 +175,7 @@ def _clicks(
         isinstance(value, int | float) and math.isfinite(value) for value in values
     ):
         what = f"keypoints must be {len(keypoints)} triples of x, y and v"
-        raise InputError(what, where=where, remedy="Use the file as written by the labelling tool.")
+        raise InputError(what, where, "Use the file as written by the labelling tool.")
     outside = {str(name) for name in annotation.get("outside") or []}
     listed = {name: annotation.get(f"{name}s") or [] for name in label_source.PROVENANCE}
     clicks = []

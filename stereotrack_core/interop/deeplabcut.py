@@ -66,8 +66,7 @@ class DeepLabCutTable(NamedTuple):
             if coordinate in _NUMBERS:
                 if (number := _number("nan" if cell == "" else cell)) is None:
                     remedy = "Write pixels as a number, or leave the value empty."
-                    what = f"{coordinate} of {part} is {cell!r}"
-                    raise InputError(what, where=row[0], remedy=remedy)
+                    raise InputError(f"{coordinate} of {part} is {cell!r}", row[0], remedy)
                 found.setdefault((individual, part), {})[coordinate] = number
         for (individual, part), own in found.items():
             x, y = own.get("x", math.nan), own.get("y", math.nan)
@@ -82,13 +81,11 @@ def read_table(path: Path, remedy: str) -> DeepLabCutTable:
     lines = read_cells(path, headers=3)
     header = {line[0]: line for line in lines[:4] if line and line[0] in _HEADERS}
     if "bodyparts" not in header or "coords" not in header:
-        what = "the lines bodyparts and coords are missing"
-        raise InputError(what, where=str(path), remedy=remedy)
+        raise InputError("the lines bodyparts and coords are missing", path, remedy)
     coords, parts = header["coords"], header["bodyparts"]
     people = header.get("individuals", [""] * len(coords))
     if not len(people) == len(parts) == len(coords):
-        what = "the lines before the numbers are not equally long"
-        raise InputError(what, where=str(path), remedy=remedy)
+        raise InputError("the lines before the numbers are not equally long", path, remedy)
     first = next((k for k, name in enumerate(coords) if name in _NUMBERS), len(coords))
     columns = list(zip(people, parts, coords, strict=True))[first:]
     rows: list[Row] = []
@@ -110,7 +107,7 @@ def read_deeplabcut(source: label_source.LabelSource) -> label_source.Labels:
     table = read_table(path, "Use a .csv file written by DeepLabCut.")
     if len({individual for individual, _, _ in table.columns} - {""}) > 1:
         what = "the file contains several individuals"
-        raise InputError(what, where=str(path), remedy="Export the labels of one person only.")
+        raise InputError(what, path, "Export the labels of one person only.")
     place_of_row = places_of_rows((named for _, named, _ in table.rows), source)
 
     def read(row: Row, known: Mapping[str, str]) -> Iterator[Click]:
@@ -180,8 +177,7 @@ def file_of_camera(path: Path, camera: str) -> Path:
     """
     if camera.strip() in ("", ".", "..") or any(sign in _NOT_IN_FILES for sign in camera):
         what = f"the camera name {camera!r} cannot be used as a folder name"
-        remedy = "Export the clicks as csv or coco, or rename the camera."
-        raise InputError(what, where=str(path), remedy=remedy)
+        raise InputError(what, path, "Export the clicks as csv or coco, or rename the camera.")
     return path.with_name(f"{path.stem}_{camera}{path.suffix}")
 
 

@@ -38,7 +38,7 @@ def first_pose(
     path = Path(text)
     if not path.suffix and not path.exists():
         remedy = "Use auto, tpose, or the name of a run or landmarks file."
-        raise InputError(f"{text!r} is not an initial pose", where="--init", remedy=remedy)
+        raise InputError(f"{text!r} is not an initial pose", "--init", remedy)
     pose = None
     if run_file.holds_run(path):
         run = run_file.read_run(path)
@@ -54,9 +54,8 @@ def first_pose(
             with suppress(ValueError):
                 pose = pose_of_landmarks(points)
     if pose is None:
-        what = f"the file does not contain frame {frame}"
         remedy = "Start at a frame that the file contains: --frames A:B."
-        raise InputError(what, where=f"--init {path}", remedy=remedy)
+        raise InputError(f"the file does not contain frame {frame}", f"--init {path}", remedy)
     return pose
 
 
@@ -73,8 +72,7 @@ def with_heading(init: FirstPose, heading: str | None) -> FirstPose:
         return init
     if init != AUTO:
         what = "the initial pose is given, and faces a direction already"
-        where = "--heading"
-        raise InputError(what, where=where, remedy="Omit --heading, or use it with --init auto.")
+        raise InputError(what, "--heading", "Omit --heading, or use it with --init auto.")
     try:
         degrees = _COMPASS.get(heading.lower())
         degrees = float(heading) if degrees is None else degrees
@@ -82,7 +80,7 @@ def with_heading(init: FirstPose, heading: str | None) -> FirstPose:
         degrees = float("nan")
     if not -360.0 <= degrees <= 360.0:
         remedy = "Use north, east, south, west, or degrees from north over east, such as 135."
-        raise InputError(f"{heading!r} is not a heading", where="--heading", remedy=remedy)
+        raise InputError(f"{heading!r} is not a heading", "--heading", remedy)
     return f"{AUTO} {degrees % 360.0:g}"
 
 

@@ -20,13 +20,7 @@ _NUMBER = re.compile(r"\d+")
 PLACES_ALONE = ("flag", "sigma", "visibility")  # what a file cannot say that has nothing but places
 
 
-PROVENANCE = {
-    "source": "source",
-    "sigma": "sigma",
-    "flag": "flag",
-    "annotator": "who",
-    "time": "at",
-}
+PROVENANCE = {**{n: n for n in ("source", "sigma", "flag")}, "annotator": "who", "time": "at"}
 """Names that files have for what is known of a click besides its place, and its fields."""
 
 
@@ -40,28 +34,18 @@ def stated_provenance(stated: Mapping[str, object], where: str) -> dict[str, Any
     """Fields of a click from what a file states by :data:`PROVENANCE`; InputError for nonsense."""
     texts = {name: str(stated.get(name) or "") for name in PROVENANCE}
     sigma, time = texts["sigma"], texts["time"]
-    remedy = "Leave it empty if it is not known."
+    what = f"{sigma!r} is not a standard deviation in pixels"
     try:
         known = float(sigma) if sigma else None
         if known is not None and not 0.0 < known < math.inf:
             raise ValueError
-    except ValueError:
-        what = f"{sigma!r} is not a standard deviation in pixels"
-        raise InputError(what, where=where, remedy=remedy) from None
-    try:
+        what = f"{time!r} is not a time such as 2026-05-01T12:00:00"
         if time:
             datetime.fromisoformat(time)
     except ValueError:
-        what = f"{time!r} is not a time such as 2026-05-01T12:00:00"
-        raise InputError(what, where=where, remedy=remedy) from None
-    origin = origin_of_source(texts["source"])
-    return {
-        "origin": origin,
-        "sigma": known,
-        "flag": texts["flag"],
-        "who": texts["annotator"],
-        "at": time,
-    }
+        raise InputError(what, where, "Leave it empty if it is not known.") from None
+    told = {"flag": texts["flag"], "who": texts["annotator"], "at": time}
+    return {"origin": origin_of_source(texts["source"]), "sigma": known, **told}
 
 
 @dataclass(frozen=True)
@@ -79,7 +63,7 @@ class Labels:
             return self.clicks
         first, others = self.problems[0], len(self.problems) - 1
         more = f" ({others} more problem{'s' if others > 1 else ''} in this file)" if others else ""
-        raise InputError(f"{first.what}{more}", where=first.where, remedy=first.remedy)
+        raise InputError(f"{first.what}{more}", first.where, first.remedy)
 
 
 @dataclass(frozen=True)
@@ -122,14 +106,11 @@ class LabelSource:
         known, stated = _cameras_by_name(self.recording), self.camera or own
         remedy = f"The cameras of the recording are {_list(tuple(known))}."
         if stated is not None and stated not in known:
-            raise InputError(f"the recording has no camera {stated!r}", where=where, remedy=remedy)
+            raise InputError(f"the recording has no camera {stated!r}", where, remedy)
         found = _named_camera(path, known) if stated is None else known[stated]
         if found is None:
-            what, remedy = (
-                f"the camera of {path!r} cannot be determined",
-                f"Give it with --camera. {remedy}",
-            )
-            raise InputError(what, where=where, remedy=remedy)
+            what = f"the camera of {path!r} cannot be determined"
+            raise InputError(what, where, f"Give it with --camera. {remedy}")
         return found
 
 
@@ -145,8 +126,7 @@ def pictures_of(
         if name not in recording.cameras:
             cameras = f"Its cameras are {_list(tuple(recording.cameras))}."
             remedy = f"{cameras} Rename the camera in the file, or remove its labels."
-            what = f"the recording has no camera {name!r}"
-            raise InputError(what, where=str(path), remedy=remedy)
+            raise InputError(f"the recording has no camera {name!r}", path, remedy)
     return [(recording.cameras[key[0]], key[1], own) for key, own in sorted(pictures.items())]
 
 
@@ -158,7 +138,7 @@ def stated_names(
     for text in filter(None, map(str.strip, pairs)):
         theirs, sign, ours = (part.strip() for part in text.partition("="))
         if not (sign and theirs and ours):
-            raise InputError(f"{text!r} cannot be read", where=where, remedy=f"Write {form}.")
+            raise InputError(f"{text!r} cannot be read", where, f"Write {form}.")
         names[theirs] = ours
     return names
 
@@ -181,10 +161,10 @@ def map_names(
     for one, two in stated.items():
         if one not in theirs:
             what = f"the file has no landmark {one!r}"
-            raise InputError(what, where=where, remedy=f"Its landmarks are {_list(theirs)}.")
+            raise InputError(what, where, f"Its landmarks are {_list(theirs)}.")
         if two not in ours:
             what = f"unknown landmark {two!r}"
-            raise InputError(what, where=where, remedy=f"The landmarks are {_list(ours)}.")
+            raise InputError(what, where, f"The landmarks are {_list(ours)}.")
     by_words = {words_of(name): name for name in ours}
     known: dict[str, str] = {}
     for name in theirs:
@@ -193,16 +173,15 @@ def map_names(
             continue
         twice = next((one for one, two in known.items() if two == own), None)
         if twice is not None:
-            what = f"{twice!r} and {name!r} both correspond to {own}"
             remedy = "State which one to use, for example with --name THEIRS=OURS."
-            raise InputError(what, where=where, remedy=remedy)
+            raise InputError(f"{twice!r} and {name!r} both correspond to {own}", where, remedy)
         known[name] = own
     if needed and not known:
-        what = f"none of its landmarks is known (it has {_list(theirs)})"
-        remedy = (
-            f"The landmarks are {_list(ours)}. State the correspondences with --name THEIRS=OURS."
+        raise InputError(
+            f"none of its landmarks is known (it has {_list(theirs)})",
+            where,
+            f"The landmarks are {_list(ours)}. State the correspondences with --name THEIRS=OURS.",
         )
-        raise InputError(what, where=where, remedy=remedy)
     return known
 
 
@@ -263,8 +242,7 @@ class PicturePlaces:
             several = f"{len(groups)} videos or cameras ({_list(some)})"
             what = f"the file has pictures of {several}, and none is named {stated}"
             folders = "Rename their folders after the cameras of the recording"
-            remedy = f"{folders}, or save a file for each camera."
-            raise InputError(what, where=str(self._source.path), remedy=remedy)
+            raise InputError(what, self._source.path, f"{folders}, or save a file for each camera.")
         others = (own for key, own in groups.items() if key[1] != camera)
         self._left_out = frozenset(picture for own in others for picture in own)
 
@@ -298,24 +276,18 @@ def frame_of(path: str, cameras: Iterable[str] = (), *, where: str) -> int:
     rest = first
     for name in sorted(cameras, key=len, reverse=True):
         rest = _part_of_name(name).sub("", rest)
-    numbers = (
-        whole
-        or _NUMBER.findall(_CAMERA_NUMBER.sub("", rest))
-        or _NUMBER.findall(rest)
-        or _NUMBER.findall(" ".join((*parts[:-1], first)))
-    )
+    places = (_CAMERA_NUMBER.sub("", rest), rest, " ".join((*parts[:-1], first)))
+    numbers = next(filter(None, (whole, *map(_NUMBER.findall, places))), [])
     if not numbers:
         remedy = "The last number in the name must be the frame, counted from 0."
-        raise InputError(f"the image name {path!r} contains no number", where=where, remedy=remedy)
+        raise InputError(f"the image name {path!r} contains no number", where, remedy)
     return checked_frame(float(numbers[-1]), where=where)
 
 
 def checked_frame(number: float, *, where: str) -> int:
     """The number of a frame; InputError where no recording has a frame of that number."""
     if not 0 <= number <= LARGEST or number != int(number):
-        raise InputError(
-            f"{number:g} is not a frame number", where=where, remedy="Frames are counted from 0."
-        )
+        raise InputError(f"{number:g} is not a frame number", where, "Frames are counted from 0.")
     return int(number)
 
 

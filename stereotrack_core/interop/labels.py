@@ -56,8 +56,7 @@ def _read_points(source: label_source.LabelSource) -> label_source.Labels:
         ((point, number, axis),) = form.findall(title)
         if number not in cameras:
             what = f"the file has a camera {number}, the recording has {len(cameras)}"
-            remedy = "Remove its columns, or add the camera to the recording."
-            raise InputError(what, where=str(path), remedy=remedy)
+            raise InputError(what, path, "Remove its columns, or add the camera to the recording.")
         if source.camera is not None and cameras[number] != source.camera_of("", str(path)):
             continue
         places.setdefault((point, cameras[number]), {})[axis.lower()] = column
@@ -118,11 +117,11 @@ def read_labels(source: label_source.LabelSource, frames: int | None = None) -> 
         return _checked(read(source), source, frames)
     if suffix != ".csv":
         what = f"labels cannot be read from {suffix or 'files without a suffix'}"
-        raise InputError(what, where=str(source.path), remedy=_UNDERSTOOD)
+        raise InputError(what, source.path, _UNDERSTOOD)
     for option, given in (("--camera", source.camera), ("--name", source.names)):
         if given:
             what = "a clicks file states views and landmarks itself"
-            raise InputError(what, where=option, remedy="Omit this option.")
+            raise InputError(what, option, "Omit this option.")
     return read_clicks(source.path, source.recording, landmarks=source.landmarks, frames=frames)
 
 
@@ -138,9 +137,7 @@ def _checked(
             trouble = "it is given twice"
         if trouble:
             what = f"{click.landmark} in {click.camera}, frame {click.frame}: {trouble}"
-            problems.append(
-                InputError(what, where=str(source.path), remedy="Correct or delete it.")
-            )
+            problems.append(InputError(what, source.path, "Correct or delete it."))
         else:
             kept[click.key] = click
     return replace(found, clicks=tuple(kept.values()), problems=tuple(problems))
@@ -192,7 +189,7 @@ def read_clicks(
             if click.key in lines:
                 own = f"{click.landmark} of frame {click.frame} in {click.camera}"
                 what = f"line {line} repeats {own}, given in line {lines[click.key]}"
-                raise InputError(what, where=str(path), remedy="Delete one of the two lines.")
+                raise InputError(what, path, "Delete one of the two lines.")
         except InputError as problem:
             problems.append(problem)
             continue
@@ -220,7 +217,7 @@ def _row(click: Click, recording: Recording) -> tuple[int | str | float, ...]:
     if click.camera not in views and name in views.values():
         what = f"the camera {name!r} has the name of a view that shows another camera"
         remedy = "Rename the camera or the view; a clicks file cannot distinguish them."
-        raise InputError(what, where=recording.name, remedy=remedy)
+        raise InputError(what, recording.name, remedy)
     x, y = ("", "") if click.position is None else (repr(float(value)) for value in click.position)
     place = click.frame, name, click.landmark, x, y, int(click.visibility)
     return (*place, *label_source.provenance_of_click(click).values())
@@ -251,7 +248,7 @@ def _click(
     )  # fmt: skip
     for is_right, what, remedy in checks:
         if not is_right:
-            raise InputError(f"line {line}: {what}", where=str(path), remedy=remedy)
+            raise InputError(f"line {line}: {what}", path, remedy)
     position, seen = None, Visibility(int(visibility))
     if seen != Visibility.OUTSIDE:
         x, y = (tables.finite_number(cells[axis], path, line, axis) for axis in "xy")
@@ -260,7 +257,7 @@ def _click(
     click = Click(frame, cameras[name], landmark, position, seen, **stated)
     if trouble := _trouble(click, recording, frames):
         remedy = "Write raw-image pixels (the centre of the first pixel is 0), or visibility 0."
-        raise InputError(f"line {line}: {trouble}", where=str(path), remedy=remedy)
+        raise InputError(f"line {line}: {trouble}", path, remedy)
     return click
 
 

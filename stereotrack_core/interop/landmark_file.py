@@ -59,10 +59,10 @@ def world_from_axes(text: str, where: str = "--axes") -> FloatArray:
     handedness = np.linalg.det(world_from_file) if shape == (3, 3) else 0.0
     if handedness == 0.0:
         remedy = "Give the file's axes that point east, north and up, for example z,x,y or x,-z,y."
-        raise InputError(f"{text!r} does not name three axes", where=where, remedy=remedy)
+        raise InputError(f"{text!r} does not name three axes", where, remedy)
     if handedness < 0.0:
         what = f"the axes {text} make a mirror image of the person"
-        raise InputError(what, where=where, remedy="Change the sign of one of them.")
+        raise InputError(what, where, "Change the sign of one of them.")
     return world_from_file
 
 
@@ -89,14 +89,12 @@ def contiguous(trajectory: LandmarkTrajectory, where: str) -> tuple[int, FloatAr
     """First frame, and landmarks (F, 9, 3) from there, NaN in gaps; InputError if mostly gaps."""
     frame = trajectory.frame
     if not len(frame):
-        raise InputError(
-            "there are no frames to write", where=where, remedy="Track at least one frame."
-        )
+        raise InputError("there are no frames to write", where, "Track at least one frame.")
     first, last = int(frame[0]), int(frame[-1])
     if last - first > _WIDEST_GAP + _MOST_MISSING * len(frame):
         what = f"the frames range from {first} to {last}, but there are only {len(frame)} of them"
         remedy = "Use .csv or .npz, which allow gaps, or export part of the frames."
-        raise InputError(what, where=where, remedy=remedy)
+        raise InputError(what, where, remedy)
     result: FloatArray = np.full((last - first + 1, *trajectory.points.shape[1:]), np.nan)
     result[frame - first] = trajectory.points
     return first, result
@@ -106,15 +104,14 @@ def checked_fps(fps: float) -> float:
     """Frame rate in Hz; InputError unless it is a positive number."""
     if not np.isfinite(fps) or fps <= 0:
         what = f"{fps!r} is not a frame rate"
-        raise InputError(what, where="fps", remedy="Give a number of frames per second.")
+        raise InputError(what, "fps", "Give a number of frames per second.")
     return float(fps)
 
 
 def metres_per(unit: str, where: str) -> float:
     """Metres in a unit of length; InputError for a unit that is not known."""
     if (known := unit_named(unit)) is None:
-        remedy = f"Use {', '.join(METRES_PER_UNIT)}."
-        raise InputError(f"unknown unit {unit!r}", where=where, remedy=remedy)
+        raise InputError(f"unknown unit {unit!r}", where, f"Use {', '.join(METRES_PER_UNIT)}.")
     return METRES_PER_UNIT[known]
 
 
@@ -181,11 +178,9 @@ def check_axes(
     """
     up = axes.world_from_file[2]
     usual = {name: _usual(vectors) for name, vectors in directions.items()}
-    seen = [
-        f"{name} {np.degrees(np.arccos(np.clip(direction @ up, -1.0, 1.0))):.0f}° from up"
-        for name, direction in usual.items()
-        if direction is not None
-    ]
+    known = {name: one for name, one in usual.items() if one is not None}
+    off = {n: np.degrees(np.arccos(np.clip(one @ up, -1.0, 1.0))) for n, one in known.items()}
+    seen = [f"{name} {angle:.0f}° from up" for name, angle in off.items()]
     text = f"axes {axes_text(axes.world_from_file)} (east, north, up) {axes.source}"
     found = None if axes.is_certain else _contradiction(up, usual, points)
     if found is None:

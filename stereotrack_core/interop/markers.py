@@ -236,7 +236,7 @@ def _check_unique(markers: Markers, labels: Sequence[str], used: set[str]) -> No
             what = f"the file has markers of {len(subjects)} people ({', '.join(subjects)})"
             choice = f"with a label in full, for example --name {own[0]}=left_shoulder"
             remedy = f"Choose one of them {choice}, or export one person alone."
-        raise InputError(what, where=markers.where, remedy=remedy)
+        raise InputError(what, markers.where, remedy)
 
 
 def _recognised(labels: Sequence[str], there: BoolArray) -> tuple[str | None, dict[str, list[str]]]:
@@ -247,16 +247,16 @@ def _recognised(labels: Sequence[str], there: BoolArray) -> tuple[str | None, di
     best: tuple[int, str | None, dict[str, list[str]]] = (_LEAST_MARKERS - 1, None, {})
     known = [name for name, is_there in zip(labels, there, strict=True) if is_there and name]
     by_sign = {_SEPARATORS.sub("", name).upper(): name for name in reversed(known)}
-    for marker_set in MARKER_SETS:
+    for marker_set, of_set in MARKER_SETS.items():
         places: dict[str, list[str]] = {}
-        for (place, patterns), (sign, side) in product(marker_set.places.items(), _SIDES.items()):
-            signs = [one.replace("{S}", sign) for one in patterns]
+        for (place, patterns), (sign, side) in product(of_set.items(), _SIDES.items()):
+            signs = patterns.replace("{S}", sign).split()
             if own := [by_sign[one] for one in signs if one in by_sign]:
-                name = f"{side} {place}" if "{S}" in patterns[0] else place
+                name = f"{side} {place}" if "{S}" in patterns else place
                 places[name] = own if place in _ANYWHERE else own[:1]
         count = sum(not place.endswith(_ANYWHERE) for place in places)
         if count > best[0]:
-            best = count, marker_set.name, places
+            best = count, marker_set, places
     return best[1:]
 
 

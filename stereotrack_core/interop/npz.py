@@ -35,7 +35,7 @@ def read_number_array(path: Path, remedy: str) -> FloatArray:
         with warnings.catch_warnings(action="ignore", category=UserWarning):  # Python 2 wrote it
             array = np.lib.format.read_array(io.BytesIO(content), allow_pickle=False)
         if array.dtype.kind not in "fiub":
-            raise InputError(f"{what} ({array.dtype})", where=str(path), remedy=remedy)
+            raise InputError(f"{what} ({array.dtype})", path, remedy)
         return array.astype(np.float64)
 
 
@@ -83,7 +83,7 @@ class ArchiveFormat:
 
     def refusal(self, where: str, reason: str) -> InputError:
         """The complaint about a file that is none of these."""
-        return InputError(f"this is not a {self.what}: {reason}", where=where, remedy=self.remedy)
+        return InputError(f"this is not a {self.what}: {reason}", where, self.remedy)
 
 
 def archive_bytes(arrays: Mapping[str, Any], *, compressed: bool = True) -> bytes:
@@ -119,19 +119,15 @@ def _header(
 
 
 def _mismatch(
-    name: str,
-    shape: tuple[int, ...],
-    dtype: np.dtype[Any],
-    own: ArrayLayout,
-    lengths: dict[str, int],
+    name: str, shape: tuple[int, ...], dtype: np.dtype[Any], own: ArrayLayout, known: dict[str, int]
 ) -> str:
-    """What is wrong about an array, empty where nothing is; `lengths` learns its lengths."""
+    """What is wrong about an array, empty where nothing is; `known` learns its lengths."""
     if dtype.kind != own.kind or (own.kind == "f" and dtype.itemsize not in _FLOATS):
         return f"{name} has the wrong data type ({dtype})"
     if len(shape) != len(own.shape):
         return f"{name} has {len(shape)} dimensions, expected {len(own.shape)}"
     for length, wanted in zip(shape, own.shape, strict=True):
-        right = lengths.setdefault(wanted, length) if isinstance(wanted, str) else wanted
+        right = known.setdefault(wanted, length) if isinstance(wanted, str) else wanted
         if length != right or length < 0:
             return f"{name} has the length {length}, expected {right}"
     return ""

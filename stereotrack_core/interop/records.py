@@ -57,7 +57,7 @@ def append_entry(path: Path, entry: Mapping[str, Any]) -> None:
     except OSError as error:
         what = f"the journal cannot be written ({error.strerror})"
         remedy = "Free space or choose another place. The data written so far remain valid."
-        raise InputError(what, where=str(path), remedy=remedy) from None
+        raise InputError(what, path, remedy) from None
 
 
 _FRAME = struct.Struct("<4sII")  # kind of record, length and checksum of what follows

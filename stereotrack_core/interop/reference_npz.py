@@ -35,18 +35,11 @@ _LAYOUT: dict[str, ArrayLayout] = {
 }
 """The last five are the provenance of landmarks."""
 
-_META: Kind = {
-    "fps": float,
-    "sigma_factor": float,
-    "recording_folder": str,
-    "outliers": [[int, str, str, float]],
-}
+_META: Kind = {"fps": float, "sigma_factor": float, "recording_folder": str}
+_META["outliers"] = [[int, str, str, float]]
 
-_FILE = ArchiveFormat(
-    "reference of this program",
-    "Use an .npz file written by `stereotrack fit` or the workbench.",
-    _LAYOUT,
-)
+_REMEDY = "Use an .npz file written by `stereotrack fit` or the workbench."
+_FILE = ArchiveFormat("reference of this program", _REMEDY, _LAYOUT)
 _MOST_BYTES = 4096 * MB
 _FARTHEST = 1e6  # metres
 

@@ -112,7 +112,7 @@ def write_trajectory(
         landmarks.write_landmarks(path, trajectory)
     elif fps is None:
         remedy = "Give it, for example with --fps 30, or use .csv, which needs none."
-        raise InputError("the frame rate is not known", where=str(path), remedy=remedy)
+        raise InputError("the frame rate is not known", path, remedy)
     elif suffix == ".c3d":
         write_c3d(path, trajectory, fps, residual)
     else:
@@ -144,7 +144,7 @@ def read_run(path: Path) -> Run:
         return run
     if path.suffix.lower() != ".npz":
         remedy = "Use an .npz file written by `stereotrack track`."
-        raise InputError("this file is not a complete run", where=str(path), remedy=remedy)
+        raise InputError("this file is not a complete run", path, remedy)
     return read_npz(path)
 
 
@@ -166,7 +166,7 @@ def has_own_axes(path: Path) -> bool:
 def unstatable(path: Path) -> InputError:
     """The complaint about names or axes that are stated of a file of this program."""
     what = "landmark names and axes cannot be given for files of this program"
-    return InputError(what, where=str(path), remedy="Omit --name and --axes.")
+    return InputError(what, path, "Omit --name and --axes.")
 
 
 def _suffix(path: Path, known: tuple[str, ...]) -> str:
@@ -174,7 +174,7 @@ def _suffix(path: Path, known: tuple[str, ...]) -> str:
     if suffix not in known:
         what = f"unknown suffix {path.suffix!r}" if suffix else "the name has no suffix"
         remedy = f"Use a name that ends in {', '.join(known[:-1])} or {known[-1]}."
-        raise InputError(what, where=str(path), remedy=remedy)
+        raise InputError(what, path, remedy)
     return suffix
 
 
@@ -206,7 +206,7 @@ def at_recording(reference: Reference, fps: float, frames: int, where: str) -> R
     if not ((reference.frame >= 0) & (reference.frame < frames)).any():
         none = f"the reference contains none of the frames 0 to {frames - 1} of the recording"
         remedy = "Check the times in the file: they count from the recording's first frame."
-        raise InputError(f"{none}; its last one is {last}", where=where, remedy=remedy)
+        raise InputError(f"{none}; its last one is {last}", where, remedy)
     return reference.in_recording(frames, where)
 
 

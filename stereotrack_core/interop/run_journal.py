@@ -73,15 +73,13 @@ class RunJournal:
         try:
             self._file = RecordFile(path, _MAGIC)
         except BlockingIOError:
-            what = "another program is writing this run"
             remedy = "Wait until it has finished, or choose another output."
-            raise InputError(what, where=str(path), remedy=remedy) from None
+            raise InputError("another program is writing this run", path, remedy) from None
         except ValueError:
-            raise InputError(_FOREIGN, where=str(path), remedy=_REMEDY) from None
+            raise InputError(_FOREIGN, path, _REMEDY) from None
         except OSError as error:
             what = f"cannot write a file here ({error.strerror})"
-            remedy = "Choose a folder that you may write to."
-            raise InputError(what, where=str(path), remedy=remedy) from None
+            raise InputError(what, path, "Choose a folder that you may write to.") from None
 
     def keep(self, advance: Advance) -> None:
         """Write new frames, and at times the state; OSError where the drive is full or gone."""
@@ -157,12 +155,8 @@ def read_unfinished(path: Path) -> tuple[UnfinishedRun, Wish]:
 
 def _head(origin: Origin, wish: Wish, *, again: bool) -> Record:
     """What holds for the frames after it; `again`: they take the place of those from there on."""
-    facts = {
-        "meta": origin.meta,
-        "state_names": origin.state_names,
-        "wish": {"smooth": wish.smooth, "count": wish.count},
-        "again": again,
-    }
+    facts: dict[str, Any] = {"meta": origin.meta, "state_names": origin.state_names}
+    facts |= {"wish": {"smooth": wish.smooth, "count": wish.count}, "again": again}
     names, arrays = _packed(origin.spec.used_keypoints)
     return Record(_HEAD, facts | names, arrays)
 

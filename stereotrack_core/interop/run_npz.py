@@ -58,11 +58,8 @@ _FIELDS = MappingProxyType({"coverage": "unexplained_fraction"})
 
 FORMAT = 1  # version of the layout; kept in the meta as ``format``
 
-_FILE = ArchiveFormat(
-    "run file of this program",
-    "Use a run written by `stereotrack track`, or track the recording again.",
-    {**_LAYOUT, **_KEYPOINTS},
-)
+_REMEDY = "Use a run written by `stereotrack track`, or track the recording again."
+_FILE = ArchiveFormat("run file of this program", _REMEDY, {**_LAYOUT, **_KEYPOINTS})
 
 _META = ArchiveFormat(_FILE.what, _FILE.remedy, {"meta": _LAYOUT["meta"]})
 
@@ -204,7 +201,7 @@ def _meta_from_store(path: Path, text: str, folder: Path | None) -> dict[str, An
     if (version := meta.pop("format", FORMAT)) != FORMAT:
         what = f"it is a run file of format {version}, and this program reads format {FORMAT}"
         remedy = "Track the recording again, or use the version that wrote it."
-        raise InputError(what, where=where, remedy=remedy)
+        raise InputError(what, where, remedy)
     from_run = meta.pop(_FOLDER_FROM_RUN, None)
     if isinstance(from_run, str) and folder is not None:
         beside = Path(os.path.normpath(folder / from_run))

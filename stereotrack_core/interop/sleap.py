@@ -74,9 +74,8 @@ def write_sleap(
     for camera, frame, _ in found:
         if _index_of(files[camera.name], frame + streams[camera.name].shift(recording.fps)) is None:
             missing = f"the picture of frame {frame} in {camera.name} is missing"
-            remedy = f"Delete the clicks of this frame, or {_OTHERWISE}."
             what = f"{missing}, so SLEAP cannot hold its clicks"
-            raise InputError(what, where=str(path), remedy=remedy)
+            raise InputError(what, path, f"Delete the clicks of this frame, or {_OTHERWISE}.")
     write = partial(_save, found, recording, landmarks, files)
 
     def is_whole(written: Path) -> bool:
@@ -147,7 +146,7 @@ def read_sleap(source: label_source.LabelSource) -> label_source.Labels:
         where = f"{path}, frame {labelled.number}"
         if len(people) > 1:
             what = f"{len(people)} people are labelled"
-            raise InputError(what, where=where, remedy="Keep only the instances of one person.")
+            raise InputError(what, where, "Keep only the instances of one person.")
         place = place_of_labelled(labelled, where)
         if place is None:
             return []
@@ -199,9 +198,8 @@ def places_of_labelled(
     files = {name: _pictures(recording, stream) for name, stream in streams.items()}
     videos = list(dict.fromkeys(labelled.video for labelled in frames))
     named = ((video, _camera_of_video(video, streams)) for video in videos)
-    places = label_source.PicturePlaces(
-        source, videos, {video: name for video, name in named if name}
-    )
+    cameras = {video: name for video, name in named if name}
+    places = label_source.PicturePlaces(source, videos, cameras)
 
     def place(labelled: SleapFrame, where: str) -> tuple[int, str] | None:
         name = places.camera(labelled.video, where)
@@ -215,7 +213,7 @@ def places_of_labelled(
         frame -= streams[name].shift(recording.fps)
         if frame < 0:
             what = f"it is {-frame} frames before the start of the recording"
-            raise InputError(what, where=where, remedy="Delete it.")
+            raise InputError(what, where, "Delete it.")
         return frame, name
 
     return place
@@ -275,11 +273,9 @@ def _person(instance: Any, sure: str) -> SleapPerson:
     points, track = instance.points, instance.track
     places = np.asarray(points["xy"], dtype=np.float64).reshape(len(points), 2).tolist()
     scores = np.asarray(points[sure], dtype=np.float64).tolist()
-    found = [
-        (str(name), x, y, score)
-        for name, (x, y), score in zip(points["name"].tolist(), places, scores, strict=True)
-        if math.isfinite(x) and math.isfinite(y)
-    ]
+    rows = zip(points["name"].tolist(), places, scores, strict=True)
+    known = (row for row in rows if all(map(math.isfinite, row[1])))
+    found = [(str(name), x, y, score) for name, (x, y), score in known]
     return SleapPerson("" if track is None else str(track.name), found)
 
 

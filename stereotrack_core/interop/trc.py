@@ -55,7 +55,7 @@ def read_trc(path: Path, stated: landmark_file.Stated) -> LandmarkTrajectory:
         lines = read_cells(path, headers=5)
     if len(lines) < 5 or "".join(lines[0][:1]).split()[:1] != ["PathFileType"]:
         remedy = "Use a file whose first line begins with PathFileType."
-        raise InputError("this is not a TRC file", where=str(path), remedy=remedy)
+        raise InputError("this is not a TRC file", path, remedy)
     facts = _header(lines[1], lines[2])
     metres = landmark_file.metres_per(facts.get("Units", ""), f"{path}, Units")
     labels = _labels(lines[3])
@@ -63,15 +63,13 @@ def read_trc(path: Path, stated: landmark_file.Stated) -> LandmarkTrajectory:
     try:
         fps = landmark_file.checked_fps(float(rate))
     except ValueError:
-        what = f"{rate!r} is not a frame rate"
-        where = f"{path}, DataRate"
-        raise InputError(what, where=where, remedy="Write a number of frames per second.") from None
+        remedy = "Write a number of frames per second."
+        raise InputError(f"{rate!r} is not a frame rate", f"{path}, DataRate", remedy) from None
     found, times = _frames(path, lines[5:], len(labels))
     count = facts.get("NumFrames", "")
     if count.isdecimal() and len(found) < int(count):
         what = f"the file ends after {len(found)} of its {count} frames"
-        remedy = "Use another copy of the file, or export it again."
-        raise InputError(what, where=str(path), remedy=remedy)
+        raise InputError(what, path, "Use another copy of the file, or export it again.")
     frames = sorted(found)
     shape = len(frames), len(labels), 3
     points = metres * np.array([found[frame] for frame in frames]).reshape(shape)
@@ -117,7 +115,7 @@ def _frames(
             frame = whole_number(line[0], path, number, "frame")
             if frame in found:
                 what = f"line {number} repeats frame {frame}"
-                raise InputError(what, where=str(path), remedy="Delete one of the two lines.")
+                raise InputError(what, path, "Delete one of the two lines.")
             try:
                 cells = (line[2:] + [""] * (3 * count))[: 3 * count]
                 numbers = [float(cell) if cell else np.nan for cell in cells]
@@ -127,5 +125,5 @@ def _frames(
             except ValueError as error:
                 what = f"line {number} has a value that is not a number ({error})"
                 remedy = "Write numbers with decimal points. Leave unknown values empty."
-                raise InputError(what, where=str(path), remedy=remedy) from None
+                raise InputError(what, path, remedy) from None
     return found, times

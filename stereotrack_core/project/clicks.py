@@ -105,10 +105,8 @@ class Clicks:
 
     def doubted_frames(self) -> frozenset[int]:
         """Frames with a click that its author doubts."""
-        rows = self._access.rows(
-            "SELECT DISTINCT frame FROM click WHERE flag = ? AND flag <> '' AND deleted = 0",
-            (UNCERTAIN,),
-        )
+        flagged = "SELECT DISTINCT frame FROM click WHERE flag = ? AND flag <> '' AND deleted = 0"
+        rows = self._access.rows(flagged, (UNCERTAIN,))
         return frozenset(row[0] for row in rows)
 
     def again(self, round_number: int) -> tuple[Click, ...]:
@@ -231,9 +229,8 @@ def mark_clicks(
     `OUTSIDE` takes the position away, an empty flag the flag, `usual_sigma` a stated sigma.
     """
     if sigma is not None and not 0 < sigma < math.inf:
-        raise InputError(
-            f"{sigma:g} px is not a valid click uncertainty", remedy="Enter a number above 0."
-        )
+        what = f"{sigma:g} px is not a valid click uncertainty"
+        raise InputError(what, remedy="Enter a number above 0.")
 
     def changes(state: State, stamp: Stamp) -> Iterable[Change]:
         for click in _present(state, keys):
@@ -283,9 +280,8 @@ def blind_repeat(number: int, edit: Edit) -> Edit:
 
     def changes(state: State, stamp: Stamp) -> Iterable[Change]:
         if number < 1:
-            raise InputError(
-                f"there is no blind repeat {number}", remedy="Blind repeats are counted from 1."
-            )
+            what = f"there is no blind repeat {number}"
+            raise InputError(what, remedy="Blind repeats are counted from 1.")
         for change in edit.changes(_Reading(state.database, number), stamp):
             yield replace(change, table=REPEAT_CLICK, key=(number, *change.key))
 

@@ -90,7 +90,7 @@ def connect_for_reading(path: Path) -> sqlite3.Connection:
         if beside(path):
             what = "its newest edits are beside it and cannot be read here"
             remedy = "Open it for writing once, or copy these files to a folder of your own."
-            raise InputError(what, where=str(path), remedy=remedy) from error
+            raise InputError(what, path, remedy) from error
     return _checked(path, "ro&immutable=1")  # in a folder where no log can be made
 
 
@@ -141,7 +141,7 @@ class Access:
         """The database, for this thread alone; InputError after waiting so long, -1: for ever."""
         if not self._lock.acquire(timeout=seconds):
             remedy = "Repeat this in a moment; the status line says what is being written."
-            raise InputError("the project is being written to", where=str(self.path), remedy=remedy)
+            raise InputError("the project is being written to", self.path, remedy)
         try:
             with speaking(self.path):
                 yield self._database
@@ -178,8 +178,8 @@ class Access:
             if not is_in_place(self.path, self._identity):  # nobody would find it again
                 raise InputError(
                     "the project file was moved, deleted or replaced while it was open",
-                    where=str(self.path),
-                    remedy="The project file can no longer be saved. Save a copy; it will contain "
+                    self.path,
+                    "The project file can no longer be saved. Save a copy; it will contain "
                     "everything up to now.",
                 )
             with transaction(database):

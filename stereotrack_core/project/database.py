@@ -94,7 +94,7 @@ def speaking(path: Path) -> Iterator[None]:
             raise
         usual = str(error), "Check the drive. All edits before the last one are saved."
         what, remedy = _SENTENCES.get(kind, usual)
-        raise InputError(what, where=str(path), remedy=remedy) from error
+        raise InputError(what, path, remedy) from error
 
 
 @contextmanager
@@ -122,7 +122,7 @@ def make_database(path: Path, recording: Row | None = None) -> None:
     """
     if path.exists():
         remedy = "Open it, or choose another name for the new project."
-        raise InputError("a file of this name already exists", where=str(path), remedy=remedy)
+        raise InputError("a file of this name already exists", path, remedy)
     _check_nothing_beside(path)
     make_folder(path.parent)
     with (
@@ -149,9 +149,8 @@ def beside(path: Path) -> list[Path]:
 def _check_nothing_beside(path: Path) -> None:
     """See that a new file of that name is not taken for one that has gone from there."""
     for left in beside(path):
-        what = "it belongs to an earlier project of this name"
         remedy = "Move it back beside that project, which needs it, or choose another name."
-        raise InputError(what, where=str(left), remedy=remedy)
+        raise InputError("it belongs to an earlier project of this name", left, remedy)
 
 
 def check_header(path: Path) -> None:
@@ -159,20 +158,20 @@ def check_header(path: Path) -> None:
     if not os.path.lexists(path):
         raise InputError(
             "there is no such file",
-            where=str(path),
-            remedy="Correct the path. The workbench creates a project beside each recording that "
+            path,
+            "Correct the path. The workbench creates a project beside each recording that "
             "it opens: `stereotrack open RECORDING`.",
         )
     with open_file(path) as file:
         header = file.read(_HEADER)
     if not header:
-        raise InputError("the file is empty", where=str(path), remedy="Create a new project.")
+        raise InputError("the file is empty", path, "Create a new project.")
     ours = header.startswith(_MAGIC[: len(header)])
     if ours and len(header) < _HEADER:
         raise ProjectDamaged(path, f"the file ends after {len(header)} bytes")
     if not ours or struct.unpack_from(">i", header, _APPLICATION_AT) != (APPLICATION,):
         what = "this is not a stereotrack project"
-        raise InputError(what, where=str(path), remedy="Open a file that ends in .stereotrack.")
+        raise InputError(what, path, "Open a file that ends in .stereotrack.")
     check_version(path, struct.unpack_from(">i", header, _VERSION_AT)[0])
 
 
@@ -181,8 +180,8 @@ def check_version(path: Path, version: int) -> None:
     if not OLDEST_FORMAT <= version <= FORMAT:
         raise InputError(
             f"it has format {version}, and this program reads formats {OLDEST_FORMAT} to {FORMAT}",
-            where=str(path),
-            remedy="Open it with the version of the program that created it. Nothing was changed.",
+            path,
+            "Open it with the version of the program that created it. Nothing was changed.",
         )
 
 
@@ -234,9 +233,8 @@ def copy_whole(database: sqlite3.Connection, path: Path) -> None:
             target.execute("DELETE FROM owner")
             whole = target.execute("PRAGMA quick_check(1)").fetchone()[0] == "ok"
         if not whole:
-            what = "the copy of the project is incomplete"
             remedy = "Copy it to another drive. The project itself was not changed."
-            raise InputError(what, where=str(path), remedy=remedy)
+            raise InputError("the copy of the project is incomplete", path, remedy)
 
 
 def is_in_place(path: Path, identity: tuple[int, int] | None) -> bool:
@@ -261,16 +259,6 @@ def transaction(database: sqlite3.Connection) -> Iterator[None]:
         raise
 
 
-def _new_project(version: int) -> sqlite3.Connection:
-    """An empty project of a format, in memory."""
-    later = {s for number, added in ADDED_STATEMENTS.items() if number > version for s in added}
-    database = sqlite3.connect(":memory:")
-    for statement in STATEMENTS:
-        if statement not in later:
-            database.execute(statement)
-    return database
-
-
 def _objects(database: sqlite3.Connection) -> frozenset[tuple[str, ...]]:
     """Kind, name, table and statement (without spaces) of all that a database consists of."""
     rows = database.execute("SELECT type, name, tbl_name, ifnull(sql, '') FROM sqlite_schema")
@@ -279,7 +267,12 @@ def _objects(database: sqlite3.Connection) -> frozenset[tuple[str, ...]]:
 
 @cache
 def _expected(version: int) -> frozenset[tuple[str, ...]]:
-    with closing(_new_project(version)) as database:
+    """The same of an empty project of a format."""
+    later = {s for number, added in ADDED_STATEMENTS.items() if number > version for s in added}
+    with closing(sqlite3.connect(":memory:")) as database:
+        for statement in STATEMENTS:
+            if statement not in later:
+                database.execute(statement)
         return _objects(database)
 
 
@@ -290,8 +283,8 @@ def check_schema(database: sqlite3.Connection, path: Path) -> None:
         raise InputError(
             f"it was modified by another program: the {kind} {shortened(repr(name))} is not as "
             "this program creates it",
-            where=str(path),
-            remedy=f"It could be harmful, so nothing of it is used. {how_to_restore(path)}",
+            path,
+            f"It could be harmful, so nothing of it is used. {how_to_restore(path)}",
         )
     for kind, name, *_ in sorted(expected - found):
         if kind == "table":  # an index that earlier versions did not make may be missing

@@ -44,12 +44,12 @@ def keypoints_in(
         return of_chosen_person(read_keypoints(source), person)
     if layout is not None:
         remedy = "Omit it, or import the file again with this layout."
-        raise InputError("the keypoints of a project have names", where="--layout", remedy=remedy)
+        raise InputError("the keypoints of a project have names", "--layout", remedy)
     with Project.open(path, read_only=True) as project:
         keypoints = project.keypoints.all()
     if not len(keypoints):
         remedy = "Import them with `stereotrack import predictions`."
-        raise InputError("the project has no keypoints", where=str(path), remedy=remedy)
+        raise InputError("the project has no keypoints", path, remedy)
     return of_chosen_person(FoundKeypoints(keypoints), person)
 
 
@@ -114,8 +114,7 @@ def plan_import(
     for name in names:
         if name in _TAKEN:
             what = f"the detector cannot be called {name!r}"
-            remedy = "Give another name of the detector."
-            raise InputError(what, where=str(sources[0].path), remedy=remedy)
+            raise InputError(what, sources[0].path, "Give another name of the detector.")
     before = project.keypoints.state(names)
     new = landmark_predictions(of_one_person(kept), project.landmark_set().names)
     after = _joined(before, kept, new if propose else None)

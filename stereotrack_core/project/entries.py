@@ -94,8 +94,7 @@ class Entries:
         entry = self.get(name)
         if entry.content is None:
             what = "its data are missing"
-            remedy = "Delete it and save it again."
-            raise InputError(what, where=f"{self.table.word} {name}", remedy=remedy)
+            raise InputError(what, f"{self.table.word} {name}", "Delete it and save it again.")
         with self._access.reading() as database:
             return fetch(database, self.path, entry.content)
 

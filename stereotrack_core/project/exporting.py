@@ -53,7 +53,8 @@ class Exported:
     def words(self) -> str:
         """``30 frames saved to run.trc``; of several files the first one is named."""
         path, what = next(iter(self.files.items()))
-        others = f" and {counted(len(self.files) - 1, 'file')}" if len(self.files) > 1 else ""
+        more = f"; {counted(len(self.files) - 1, 'more file')} beside it"
+        others = more if len(self.files) > 1 else ""
         return " ".join((f"{what} saved to {path}{others}.", *self.notes))
 
 
@@ -153,8 +154,7 @@ def _with_table(written: Exported, path: Path, write: Callable[[Path], None]) ->
 def export_angles(path: Path, angles: joint_angles.JointAngles, fps: float | None) -> Exported:
     """Write joint angles of every frame as CSV."""
     if fps is None:
-        remedy = "Give it, for example with --fps 30."
-        raise InputError("the frame rate is not known", where=str(path), remedy=remedy)
+        raise InputError("the frame rate is not known", path, "Give it, for example with --fps 30.")
     write_file(path, csv_text(joint_angles.frame_columns(), joint_angles.frame_rows(angles, fps)))
     return Exported({path: f"joint angles of {counted(len(angles.frame), 'frame')}"})
 
@@ -183,9 +183,8 @@ def _landmarks_of_reference(path: Path, reference: Reference, fps: float | None)
 
 
 def _angles_of_run(path: Path, run: Run, fps: float | None) -> Exported:
-    return export_angles(
-        path, joint_angles.angles_of_run(run), fps_of_run(run) if fps is None else fps
-    )
+    fps = fps_of_run(run) if fps is None else fps
+    return export_angles(path, joint_angles.angles_of_run(run), fps)
 
 
 def _angles(path: Path, trajectory: LandmarkTrajectory, fps: float | None) -> Exported:
@@ -217,21 +216,17 @@ FORMATS: tuple[ExportFormat, ...] = (
     ExportFormat(
         "trc", "TRC, OpenSim", (".trc",), *_TRAJECTORIES, beside=True, lost_of_reference=_LOST,
     ),
-    ExportFormat(
-        "c3d", "C3D", (".c3d",), *_TRAJECTORIES, beside=True, lost_of_reference=_LOST,
-    ),
+    ExportFormat("c3d", "C3D", (".c3d",), *_TRAJECTORIES, beside=True, lost_of_reference=_LOST),
     ExportFormat(
         "bvh", "BVH", (".bvh",), *_TRAJECTORIES, beside=True,
-        lost_of_reference=f"{_LOST}, and gaps: unknown landmarks stay as they were last "
-        "known",
+        lost_of_reference=f"{_LOST}, and gaps: unknown landmarks stay as they were last known",
     ),
     ExportFormat(
         "npz", "Complete, with uncertainty", (".npz",), _TRAJECTORIES[0],
         reference=_frames(lambda path, one, _: write_reference(path, one)),
     ),
     ExportFormat(
-        "angles", "Joint angles", (".csv",), _angles_of_run,
-        _angles,
+        "angles", "Joint angles", (".csv",), _angles_of_run, _angles,
         lambda path, one, fps: _angles(path, one.trajectory(np.inf), fps), beside=True,
     ),
     ExportFormat(
@@ -268,7 +263,7 @@ def format_of_file(path: Path) -> ExportFormat:
     if found is None:
         every = sorted({one for form in FORMATS for one in form.suffixes})
         remedy = f"Give --format, or a name that ends in one of {', '.join(every)}."
-        raise InputError(f"the suffix {suffix!r} means no format", where=str(path), remedy=remedy)
+        raise InputError(f"the suffix {suffix!r} means no format", path, remedy)
     return found
 
 
@@ -281,5 +276,5 @@ def writer(form: ExportFormat, kind: Kind) -> Callable[..., Exported]:
     found: Callable[..., Exported] | None = getattr(form, kind)
     if found is None:
         remedy = f"Use one of {', '.join(one.name for one in formats_of(kind))}."
-        raise InputError(f"this cannot be exported as {form.name}", where="--format", remedy=remedy)
+        raise InputError(f"this cannot be exported as {form.name}", "--format", remedy)
     return found

@@ -71,9 +71,8 @@ def fit_project(
     if not between:
         own = np.isin(frames, [click.frame for click in clicks])
         gaps += [frames[one.start : one.stop] for one in stretches_of(~own)]
-    request = FitRequest(
-        frames, None, settings, landmarks, sigma, source=project.path.name, gaps=gaps
-    )
+    where = project.path.name
+    request = FitRequest(frames, None, settings, landmarks, sigma, source=where, gaps=gaps)
     fit = do(partial(fit_reference, replace(recording, subject=subject), clicks, request))
     clicked = {(click.frame, click.landmark) for click in clicks if click.position is not None}
     meta = {
@@ -100,9 +99,8 @@ def frames_around(frames: range, clicked: tuple[int, ...], last: int) -> range:
     """Frames from the clicked one before to the one after, up to the recording's last."""
     before = [frame for frame in clicked if frame < frames.start]
     after = [frame for frame in clicked if frame >= frames.stop]
-    return range(
-        max(before, default=frames.start), min(min(after, default=frames.stop - 1), last) + 1
-    )
+    end = min(min(after, default=frames.stop - 1), last) + 1
+    return range(max(before, default=frames.start), end)
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,10 +148,8 @@ def _words(
         scored = {limb: float(rms[LIMBS.index(limb)]) for limb in SCORED}
         worst = max(scored, key=lambda limb: scored[limb])
         together = float(np.sqrt(np.mean(np.square(list(scored.values())))))
-        parts.append(
-            f"limb uncertainty {spread_words(together)} overall, "
-            f"{spread_words(scored[worst])} for the {worst.replace('_', ' ')}"
-        )
+        arm = f"{spread_words(scored[worst])} for the {worst.replace('_', ' ')}"
+        parts.append(f"limb uncertainty {spread_words(together)} overall, {arm}")
     if doubtful is not None:
         parts.append(doubts.what_disagrees(doubtful, names))
     if outliers:

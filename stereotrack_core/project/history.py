@@ -52,11 +52,8 @@ class Changed:
 
     def frames(self, table: str = "click") -> frozenset[int]:
         """Frames whose rows of a table have changed."""
-        return frozenset(
-            int(change.key[change.table.key.index("frame")] or 0)
-            for change in self.changes
-            if change.table.name == table and "frame" in change.table.key
-        )
+        own = (c for c in self.changes if c.table.name == table and "frame" in c.table.key)
+        return frozenset(int(c.key[c.table.key.index("frame")] or 0) for c in own)
 
 
 _EDITS = "SELECT number, kind, words, who, at, state FROM edit"
@@ -146,10 +143,8 @@ class History:
                         f"the history of {change.table.name} is inconsistent with its rows",
                     )
                 change.table.write(database, change.key, change.after)
-            database.execute(
-                "UPDATE edit SET state = ? WHERE number = ?",
-                ("undone" if undoing else "done", entry.number),
-            )
+            state = "undone" if undoing else "done"
+            database.execute("UPDATE edit SET state = ? WHERE number = ?", (state, entry.number))
         return Changed(entry.words, "undone" if undoing else "redone", changes)
 
     @staticmethod
@@ -160,10 +155,8 @@ class History:
             "INSERT INTO edit (kind, words, who, at, state) VALUES (?, ?, ?, ?, 'done')",
             (edit.kind, edit.words, stamp.who, stamp.at),
         ).lastrowid
-        rows = (
-            (number, place, c.table.name, as_json(c.key), as_json(c.before), as_json(c.after))
-            for place, c in enumerate(changes)
-        )
+        told = ((c.table.name, *map(as_json, (c.key, c.before, c.after))) for c in changes)
+        rows = ((number, place, *one) for place, one in enumerate(told))
         database.executemany("INSERT INTO edit_change VALUES (?, ?, ?, ?, ?, ?)", rows)
 
     def _continued(

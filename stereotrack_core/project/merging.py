@@ -60,8 +60,8 @@ class Incoming:
             raise InputError(
                 f"{len(self.conflicts)} click{'s' if several else ''} already in the project "
                 f"differ{'' if several else 's'}, such as {landmark} in {camera}, frame {frame}",
-                where=self.source,
-                remedy="Nothing was imported. Choose whether to keep the project's clicks or use "
+                self.source,
+                "Nothing was imported. Choose whether to keep the project's clicks or use "
                 "the others: with --conflicts mine or theirs, or in the workbench.",
             )
         decided: list[Click | None] = []
@@ -119,12 +119,10 @@ def clicks_of_project(
 ) -> tuple[tuple[Click, ...], tuple[Finding, ...]]:
     """All clicks of another project of the recording, and notes about it. Raises InputError."""
     if path.resolve() == project.path:
-        raise InputError(
-            "this project is already open", where=str(path), remedy="Choose another project."
-        )
+        raise InputError("this project is already open", path, "Choose another project.")
     with Project.open(path, read_only=True) as other:
         theirs, ours = other.recording_place(), project.recording_place()
         if theirs.fingerprint != ours.fingerprint:
             what = f"this project is of a different recording ({theirs.name})"
-            raise InputError(what, where=str(path), remedy=f"Choose a project of {ours.name}.")
+            raise InputError(what, path, f"Choose a project of {ours.name}.")
         return other.clicks.all(with_deleted=True), other.notes

@@ -2,12 +2,14 @@
 
 import ctypes
 import os
+import re
 import sqlite3
 import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import ExitStack, closing, suppress
 from dataclasses import astuple, dataclass
+from functools import partial
 from pathlib import Path
 
 from stereotrack_core.errors import Finding, InputError
@@ -88,14 +90,9 @@ def machine_mounts() -> tuple[Mount, ...]:
 
 def mounts_of_linux(text: str) -> tuple[Mount, ...]:
     """Mounts in the layout of ``/proc/mounts``, where spaces in paths are written as octal."""
+    unescaped = partial(re.sub, r"\\(040|011|012|134)", lambda code: chr(int(code[1], 8)))
     rows = (line.split(" ") for line in text.splitlines())
-    return tuple((_unescaped(row[1]), row[2]) for row in rows if len(row) >= 3)
-
-
-def _unescaped(path: str) -> str:
-    for code, sign in (("\\040", " "), ("\\011", "\t"), ("\\012", "\n"), ("\\134", "\\")):
-        path = path.replace(code, sign)
-    return path
+    return tuple((unescaped(row[1]), row[2]) for row in rows if len(row) >= 3)
 
 
 def mounts_of_macos(text: str) -> tuple[Mount, ...]:
@@ -148,7 +145,7 @@ def open_for_writing(path: Path, *, take_over: bool = False) -> Opened:
         except OSError as error:
             what = f"cannot write beside the project ({error.strerror})"
             remedy = "Open the project read-only, or copy it elsewhere."
-            raise InputError(what, where=str(path.parent), remedy=remedy) from error
+            raise InputError(what, path.parent, remedy) from error
         stack.callback(lock.release)
         network = network_type(path)
         with making_sense(path):

@@ -44,10 +44,8 @@ class Predictions:
         rows = [_row(one) for one in new if max(map(abs, one.position)) <= FARTHEST]
         low, high = (0, 2**62) if frames is None else (frames.start, frames.stop)
         with self._access.writing() as database:
-            database.execute(
-                "DELETE FROM prediction WHERE source = ? AND frame >= ? AND frame < ?",
-                (source, low, high),
-            )
+            stretch = "DELETE FROM prediction WHERE source = ? AND frame >= ? AND frame < ?"
+            database.execute(stretch, (source, low, high))
             database.executemany("INSERT INTO prediction VALUES (?, ?, ?, ?, ?, ?, ?, ?)", rows)
         return len(rows)
 
@@ -124,10 +122,8 @@ class StoredKeypoints:
                 f"INSERT OR REPLACE INTO {KEYPOINT} ({_COLUMNS}) VALUES (?, ?, ?, ?, ?, ?, ?, ?)",  # noqa: S608
                 rows_of(state.keypoints),
             )
-            database.executemany(
-                "INSERT OR REPLACE INTO prediction VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
-                map(_row, state.proposed),
-            )
+            insert = "INSERT OR REPLACE INTO prediction VALUES (?, ?, ?, ?, ?, ?, ?, ?)"
+            database.executemany(insert, map(_row, state.proposed))
             database.executemany(
                 "DELETE FROM prediction WHERE source = ? AND EXISTS (SELECT 1 FROM click WHERE"
                 " click.frame = prediction.frame AND click.camera = prediction.camera"

@@ -4,7 +4,7 @@ None of them is a click before a person says so, so there is nothing to undo bef
 where a person has said anything already.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache, partial
 from types import MappingProxyType
@@ -29,12 +29,11 @@ from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.proportions import Proportions
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
-from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.project.clicks import accept_points
 from stereotrack_core.project.edit import Edit
 from stereotrack_core.project.project import Project
 from stereotrack_core.project.selection import Selection, gaps_of, outside_gaps
-from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.description import Cameras, Recording
 from stereotrack_core.recording.keypoints import Keypoints, of_one_person
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.tracking.frame import Run
@@ -44,9 +43,7 @@ FIT = "fit"
 _LIMB_LENGTH = 0.3  # metres by which the end of a limb moves when it turns by one radian
 
 
-def from_fit(
-    fit: TrajectoryFit, cameras: Mapping[str, Camera], frames: range
-) -> Iterator[Prediction]:
+def from_fit(fit: TrajectoryFit, cameras: Cameras, frames: range) -> Iterator[Prediction]:
     """Landmarks of a fit in every image; between clicked frames they are filled in joint space."""
     known = (fit.kind != GAP) & np.isin(fit.frame, frames)
     numbers, points = fit.frame[known].tolist(), fit.landmarks[known]
@@ -54,7 +51,7 @@ def from_fit(
 
 
 def from_run(
-    run: Run, name: str, cameras: Mapping[str, Camera], landmark_set: LandmarkSet, frames: range
+    run: Run, name: str, cameras: Cameras, landmark_set: LandmarkSet, frames: range
 ) -> Iterator[Prediction]:
     """The landmarks of a set that a tracker found in every image; the source is ``run NAME``."""
     known = run.tracked & np.isin(run.frame, frames)
@@ -87,20 +84,18 @@ class Filling:
     at_once: int = _AT_ONCE
 
 
-def fit_filling(fit: TrajectoryFit, cameras: Mapping[str, Camera]) -> Filling:
+def fit_filling(fit: TrajectoryFit, cameras: Cameras) -> Filling:
     """From the body fitted to the clicks of the recording."""
     return Filling((FIT,), "the fit", partial(from_fit, fit, cameras))
 
 
-def run_filling(run: Run, name: str, cameras: Mapping[str, Camera], project: Project) -> Filling:
+def run_filling(run: Run, name: str, cameras: Cameras, project: Project) -> Filling:
     """From a tracker's run, of which the frames that are not tracked are left out."""
     make = partial(from_run, run, name, cameras, project.landmark_set())
     return Filling((source_of_run(name),), f"run “{name}”", make)
 
 
-def detector_filling(
-    project: Project, cameras: Mapping[str, Camera], proportions: Proportions
-) -> Filling:
+def detector_filling(project: Project, cameras: Cameras, proportions: Proportions) -> Filling:
     """From the keypoints of the project's detectors: the landmarks of the body that they show."""
 
     @cache
@@ -161,9 +156,7 @@ def set_accepted_sigma(project: Project, limit: float) -> None:
     project.view_settings.set(_ACCEPTED_SIGMA, limit)
 
 
-def accept(
-    project: Project, predictions: Sequence[Prediction], cameras: Mapping[str, Camera]
-) -> Acceptance:
+def accept(project: Project, predictions: Sequence[Prediction], cameras: Cameras) -> Acceptance:
     """Choose the predictions within the project's limit of sigma; see :func:`acceptable`."""
     frames = {one.frame for one in predictions}
     around = project.clicks.all()
@@ -177,7 +170,7 @@ def accept_predictions(
     sources: Sequence[str],
     selection: Selection,
     called: str,
-    cameras: Mapping[str, Camera] = MappingProxyType({}),
+    cameras: Cameras = MappingProxyType({}),
 ) -> Edit:
     """The edit that makes clicks of what sources, `called` so, have found in the selection.
 
@@ -227,9 +220,8 @@ def propose_selection(
         work.step(0.5 + 0.5 * (frame - frames.start) / len(frames), f"frame {frame}")
         own, around = clicks_around(project, frame, gaps)
         there = tuple(one for one in followed if one.frame == frame)
-        question = ProposalQuestion(
-            frame, own, around, there, cameras, names, recording.fps, sigmas
-        )
+        fps = recording.fps
+        question = ProposalQuestion(frame, own, around, there, cameras, names, fps, sigmas)
         found += proposer(question).predictions
     kept = _keep_predictions(project, PROPOSED, outside_gaps(project, found), selection)
     return f"{counted(kept, 'point')} predicted in {selection.words()}."

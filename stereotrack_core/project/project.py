@@ -163,7 +163,7 @@ class Project:
         place = self._place()
         if place is None:
             what = "the project does not state its recording"
-            raise InputError(what, where=str(self.path), remedy="Choose the recording's folder.")
+            raise InputError(what, self.path, "Choose the recording's folder.")
         return place
 
     def _place(self) -> RecordingPlace | None:
@@ -189,9 +189,8 @@ class Project:
         place = place_of(folder, self.path)
         known = self._place()
         if not (even_another or known is None or place.fingerprint == known.fingerprint):
-            what = "this is not the recording of the project"
             remedy = "Choose another folder, or confirm that this one is to be used anyway."
-            raise InputError(what, where=str(folder), remedy=remedy)
+            raise InputError("this is not the recording of the project", folder, remedy)
         self._remember(place)
 
     def save_copy(self, path: Path) -> None:
@@ -199,14 +198,14 @@ class Project:
         path = path.resolve()
         if path == self.path:
             remedy = "It is already saved. Choose another file for a copy."
-            raise InputError("this is the project itself", where=str(path), remedy=remedy)
+            raise InputError("this is the project itself", path, remedy)
         with self._access.alone() as database:
             copy_whole(database, path)
 
     def _changing(self, change: Callable[[], Changed | None]) -> Changed | None:
         if self.read_only:
             remedy = "Open it for writing, or work on a copy of it."
-            raise InputError("the project is open read-only", where=str(self.path), remedy=remedy)
+            raise InputError("the project is open read-only", self.path, remedy)
         with self._access.at_once():
             changed = change()
             if changed is not None:

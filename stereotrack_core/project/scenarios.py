@@ -20,11 +20,8 @@ _STRETCHES = "stretches"
 def scenarios_of(project: Project) -> tuple[Segment, ...]:
     """Stretches of all scenarios, those of one scenario behind each other. ProjectDamaged."""
     with making_sense(project.path):
-        return tuple(
-            Segment(entry.name, *stretch)
-            for entry in project.scenarios.all()
-            for stretch in _stretches(entry.facts)
-        )
+        every = ((entry.name, _stretches(entry.facts)) for entry in project.scenarios.all())
+        return tuple(Segment(name, *stretch) for name, own in every for stretch in own)
 
 
 def segments_of(project: Project | None, recording: Recording) -> tuple[Segment, ...]:

@@ -118,10 +118,8 @@ def lending(statement: str) -> str:
     return statement.replace("CREATE", "CREATE TEMP", 1)
 
 
-TABLES_OF_ENTRIES: dict[str, Table] = {
-    table.name: table
-    for table in (REFERENCE, RUN, SUBJECT, LANDMARK_SET, PARAMETER_SET, DESCRIPTION)
-}
+_OF_ENTRIES = (REFERENCE, RUN, SUBJECT, LANDMARK_SET, PARAMETER_SET, DESCRIPTION)
+TABLES_OF_ENTRIES: dict[str, Table] = {table.name: table for table in _OF_ENTRIES}
 """The tables of named things of the first format."""
 
 EDITED_TABLES: dict[str, Table] = {

@@ -93,9 +93,7 @@ def landmark_gaps_of(project: Project) -> dict[str, frozenset[int]]:
 def outside_gaps(project: Project, predictions: Iterable[Prediction]) -> list[Prediction]:
     """The predictions whose frame, or whose landmark in the frame, is not marked as a gap."""
     gaps = {(flag.frame, flag.landmark) for flag in project.marks.flags() if flag.kind == GAP}
-    return [
-        one for one in predictions if gaps.isdisjoint(((one.frame, ""), (one.frame, one.landmark)))
-    ]
+    return [p for p in predictions if gaps.isdisjoint(((p.frame, ""), (p.frame, p.landmark)))]
 
 
 def _nothing(what: str) -> InputError:

@@ -48,9 +48,8 @@ def place_of(folder: Path, project: Path) -> RecordingPlace:
     try:
         "".join(astuple(place)).encode()
     except UnicodeEncodeError as error:
-        what = "its path contains invalid characters"
         remedy = "Rename the folder with these characters in its name."
-        raise InputError(what, where=str(folder), remedy=remedy) from error
+        raise InputError("its path contains invalid characters", folder, remedy) from error
     return place
 
 

@@ -13,6 +13,7 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.rotation import rotation_from_vector, vector_from_rotation
 from stereotrack_core.geometry.transform import RigidTransform
+from stereotrack_core.recording.description import Cameras
 from stereotrack_core.recording.toml_table import LARGEST, Table, load_toml
 
 _DISTORTION_COUNTS = (4, 5, 8, 12, 14)
@@ -40,7 +41,7 @@ def parse_calibration(
         content = load_toml(path)
     except InputError as error:
         if path.suffix.lower() != ".toml" and path.is_file():
-            error = InputError(error.what, where=error.where, remedy=_IMPORT)
+            error = InputError(error.what, error.where, _IMPORT)
         complaints.append(error)
         return {}, None
     metres = _metres_per_unit(content, path, complaints)
@@ -60,7 +61,7 @@ def parse_calibration(
     if not cameras and not complaints:
         keys = "name, size, matrix, distortions, rotation, translation"
         remedy = f"Add a section with {keys}. {_IMPORT}"
-        complaints.append(InputError("it contains no camera", where=str(path), remedy=remedy))
+        complaints.append(InputError("it contains no camera", path, remedy))
     return cameras, frozenset(str(one["name"]) for one in sections.values() if "name" in one)
 
 
@@ -72,7 +73,7 @@ def _metres_per_unit(content: Mapping[str, Any], path: Path, complaints: list[In
     unstated = "the unit of the translations is not stated"
     what = unstated if units is None else f"unknown unit {units!r}"
     remedy = 'Add a section [metadata] with units = "m" or units = "mm". ' + _IMPORT
-    complaints.append(InputError(what, where=f"{path}, [metadata] units", remedy=remedy))
+    complaints.append(InputError(what, f"{path}, [metadata] units", remedy))
     return 1.0
 
 
@@ -155,11 +156,10 @@ def is_guess(path: Path) -> bool:
     return isinstance(metadata, Mapping) and metadata.get("guess") is True
 
 
-def write_calibration(path: Path, cameras: Mapping[str, Camera], *, guessed: bool = False) -> None:
+def write_calibration(path: Path, cameras: Cameras, *, guessed: bool = False) -> None:
     """Write cameras, lengths in metres; `guessed`: whether to state that nobody measured them."""
-    content: dict[str, Any] = {
-        f"cam_{i}": section_of(camera, 1.0) for i, camera in enumerate(cameras.values())
-    }
+    sections = (section_of(camera, 1.0) for camera in cameras.values())
+    content: dict[str, Any] = {f"cam_{i}": one for i, one in enumerate(sections)}
     content["metadata"] = {"units": "m"} | ({"guess": True} if guessed else {})
     write_file(path, tomli_w.dumps(content))
 
@@ -178,7 +178,7 @@ def section_of(camera: Camera, metres: float) -> dict[str, Any]:
     return section | ({"fisheye": True} if camera.fisheye else {})
 
 
-def edited_calibration(path: Path, cameras: Mapping[str, Camera]) -> str:
+def edited_calibration(path: Path, cameras: Cameras) -> str:
     """The text of a calibration with these cameras changed; InputError where it cannot be read."""
     content = load_toml(path)
     complaints: list[InputError] = []

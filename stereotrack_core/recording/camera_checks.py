@@ -12,7 +12,7 @@ from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.geometry.triangulation import nearest_to_rays
 from stereotrack_core.geometry.upright import UP_AXES, Z_UP, Upright
-from stereotrack_core.recording.description import Recording, View
+from stereotrack_core.recording.description import Cameras, Recording, View
 
 _STILL_UP = 0.6
 """Cosine between up in the images and z from which the world is as it should be: a camera may look
@@ -125,10 +125,8 @@ def _check_principal_point(camera: Camera, where: str) -> Iterator[Finding]:
     resized = ""  # what to do if it is the middle of a larger or smaller image
     for factor in IMAGE_SIZES:
         if not resized and np.all(np.abs(factor * camera.matrix[:2, 2] - middle) < near):
-            resized = (
-                "The matrix belongs to another image size: multiply its first two rows by "
-                f"{factor:.3g}."
-            )
+            rows = f"multiply its first two rows by {factor:.3g}"
+            resized = f"The matrix belongs to another image size: {rows}."
     centre = f"the principal point ({cx:.1f}, {cy:.1f})"
     image = f"the image of {width} x {height} pixels"
     if not (0 <= cx <= width - 1 and 0 <= cy <= height - 1):
@@ -233,11 +231,8 @@ _MARGIN = 0.5  # of the image size, by which the common centre may miss the imag
 
 def view_cameras(recording: Recording) -> dict[str, Camera]:
     """Reference camera by view name, for views whose camera is known."""
-    return {
-        view.name: recording.cameras[view.image.camera]
-        for view in recording.views
-        if view.image.camera in recording.cameras
-    }
+    known = (view for view in recording.views if view.image.camera in recording.cameras)
+    return {view.name: recording.cameras[view.image.camera] for view in known}
 
 
 def cameras_of_views(recording: Recording) -> dict[str, Camera]:
@@ -309,9 +304,8 @@ def _check_gaze(recording: Recording, *, upright: bool) -> Generator[Finding, No
     misfits = _misfits(cameras, turns, world)
     for name, fault in misfits.items():
         camera = cameras[name]
-        fits = [
-            w for w, c in _WAYS.items() if not _misfits({**cameras, name: c(camera)}, turns, world)
-        ]
+        others = {way: {**cameras, name: change(camera)} for way, change in _WAYS.items()}
+        fits = [way for way, those in others.items() if not _misfits(those, turns, world)]
         remedy, correction = _CHECK_PLACE, None
         if fits:
             remedy = f"It would fit if it were {fits[0]}: x_camera = R x_world + t."
@@ -341,16 +335,14 @@ def _transposition(way: str, cameras: tuple[str, ...]) -> Correction | None:
     return Correction("transpose", cameras) if way == _TRANSPOSED else None
 
 
-def at_one_place(cameras: Mapping[str, Camera]) -> bool:
+def at_one_place(cameras: Cameras) -> bool:
     """Whether cameras stand nearly at one point, seen from the origin."""
     places = np.array([camera.position_world for camera in cameras.values()])
     size = float(np.linalg.norm(places, axis=1).max())
     return bool(np.ptp(places, axis=0).max() < 0.02 * max(size, 1e-9))
 
 
-def _misfits(
-    cameras: Mapping[str, Camera], turns: Mapping[str, int], world: Upright = Z_UP
-) -> dict[str, str]:
+def _misfits(cameras: Cameras, turns: Mapping[str, int], world: Upright = Z_UP) -> dict[str, str]:
     """Faults of views that do not fit the others, by view name.
 
     `turns` are the display rotations of those in which what is up in the `world` should be up.
@@ -365,7 +357,7 @@ def _misfits(
     return found
 
 
-def common_centre(cameras: Mapping[str, Camera]) -> FloatArray:
+def common_centre(cameras: Cameras) -> FloatArray:
     """Place (3,) that the optical axes of most pairs of cameras come near; NaN where none."""
     meetings = []
     for a, b in combinations(cameras.values(), 2):

@@ -4,7 +4,7 @@ Asks points that were seen by several views: clicks, a detector's output or the 
 calibration board that lie beside the recording, and its reference.
 """
 
-from collections.abc import Container, Iterator, Mapping
+from collections.abc import Container, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -12,18 +12,14 @@ import numpy as np
 
 from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.errors import Finding, InputError
-from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.camera_agreement import disagreeing_camera
 from stereotrack_core.geometry.triangulation import epipolar_distance
 from stereotrack_core.recording.camera_checks import view_cameras
-from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.description import Cameras, Recording
 from stereotrack_core.recording.keypoint_names import exchanged
 from stereotrack_core.tables import read_rows, whole_number
 
-FILES: tuple[tuple[str, str], ...] = (
-    ("clicks.csv", "landmark"),
-    ("board_corners_2d.csv", "corner"),
-)
+FILES = (("clicks.csv", "landmark"), ("board_corners_2d.csv", "corner"))
 """Files of pixels and the column that names the point."""
 
 _LEAST_POINTS = 30
@@ -101,7 +97,7 @@ def observations(
     return Observations(tuple(names), frames, pixels, mirror)
 
 
-def _check_place(file: str, cameras: Mapping[str, Camera], seen: Observations) -> Iterator[Finding]:
+def _check_place(file: str, cameras: Cameras, seen: Observations) -> Iterator[Finding]:
     """The view that contradicts the others in place; what is late is measured by itself."""
     named = [replace(cameras[name], name=name) for name in seen.views]
     found = disagreeing_camera(named, seen.frame, seen.pixels, seen.mirror)
@@ -122,9 +118,7 @@ def _check_place(file: str, cameras: Mapping[str, Camera], seen: Observations) -
     yield Finding("warning", f"calibration.toml, view {found.camera}", what, remedy)
 
 
-def _check_time(
-    file: str, cameras: Mapping[str, Camera], seen: Observations, fps: float
-) -> Iterator[Finding]:
+def _check_time(file: str, cameras: Cameras, seen: Observations, fps: float) -> Iterator[Finding]:
     """The view whose epipolar error falls most when its frames are taken as earlier or later."""
     verdicts = [(*_best_shift(cameras, seen, i), name) for i, name in enumerate(seen.views)]
     shift, gain, name = max(verdicts, key=lambda verdict: verdict[1])
@@ -138,7 +132,7 @@ def _check_time(
     yield Finding("warning", f"recording.toml, view {name}, time_offset", what, remedy)
 
 
-def _best_shift(cameras: Mapping[str, Camera], seen: Observations, i: int) -> tuple[float, float]:
+def _best_shift(cameras: Cameras, seen: Observations, i: int) -> tuple[float, float]:
     """Shift s in frames for which view i at k + s fits the others at k best, and the gain.
 
     The gain is the relative fall of the mean epipolar error, over the same points for all s.
@@ -154,10 +148,8 @@ def _best_shift(cameras: Mapping[str, Camera], seen: Observations, i: int) -> tu
     errors = []
     for s in _SHIFTS:
         own = _shifted(pixels, float(s))[usable]
-        against = [
-            epipolar_distance(own_camera, own, cameras[seen.views[j]], seen.pixels[j][usable])
-            for j in others
-        ]
+        known_there = ((cameras[seen.views[j]], seen.pixels[j][usable]) for j in others)
+        against = [epipolar_distance(own_camera, own, *other) for other in known_there]
         every = np.concatenate(against)
         known = every[np.isfinite(every)]
         if len(known) < _LEAST_POINTS:

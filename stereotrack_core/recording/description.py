@@ -16,6 +16,9 @@ from stereotrack_core.tables import csv_text, read_rows, whole_number
 
 ViewKind: TypeAlias = Literal["stereo", "depth", "mono"]
 
+Cameras: TypeAlias = Mapping[str, Camera]
+"""Cameras by their name in the calibration."""
+
 
 @dataclass(frozen=True)
 class Stream:
@@ -99,7 +102,7 @@ class Recording:
     name: str
     fps: float  # frame sets per second
     views: tuple[View, ...]
-    cameras: Mapping[str, Camera]  # mapping from camera name to Camera
+    cameras: Cameras  # mapping from camera name to Camera
     subject: Subject | None = None
     reference: LandmarkTrajectory | None = None  # truth for ``evaluate``; never tracked with
     segments: tuple[Segment, ...] = field(default=())
@@ -191,7 +194,7 @@ def read_segments(path: Path) -> tuple[Segment, ...]:
         elif not 0 <= first < end:
             what = f"segment {cells['segment']!r} in line {line} goes from {first} to {end}"
         if what:
-            raise InputError(what, where=str(path), remedy=remedy)
+            raise InputError(what, path, remedy)
         segments.append(Segment(cells["segment"], first, end))
     return tuple(segments)
 

@@ -90,22 +90,20 @@ def _detection(
     view, kind = cells["view"], cells["kind"]
     if kind not in _DETECTION_KINDS:
         remedy = f"Write one of {', '.join(_DETECTION_KINDS)}."
-        raise InputError(f"line {line} has {kind!r} as kind", where=str(path), remedy=remedy)
+        raise InputError(f"line {line} has {kind!r} as kind", path, remedy)
     if view and view not in cameras:
         what = f"line {line} names the view {view!r}, which the recording does not have"
         remedy = f"Leave it empty for metres, or write one of {', '.join(cameras)}."
-        raise InputError(what, where=str(path), remedy=remedy)
-    confidence = (
-        finite_number(cells["confidence"], path, line, "confidence") if cells["confidence"] else 1.0
-    )
+        raise InputError(what, path, remedy)
+    stated = cells["confidence"] or "1"
+    confidence = finite_number(stated, path, line, "confidence")
     sigma = finite_number(cells["sigma"], path, line, "sigma")
     if not sigma > 0.0 or not 0.0 <= confidence <= 1.0:
         what = f"line {line} has sigma {cells['sigma']!r} and confidence {cells['confidence']!r}"
-        remedy = "Give a sigma above 0 and a confidence from 0 to 1."
-        raise InputError(what, where=str(path), remedy=remedy)
+        raise InputError(what, path, "Give a sigma above 0 and a confidence from 0 to 1.")
     if view and cells["z"]:
         remedy = "Positions in pixels have no z; positions in metres have no view."
-        raise InputError(f"line {line} has both a view and a z", where=str(path), remedy=remedy)
+        raise InputError(f"line {line} has both a view and a z", path, remedy)
     time = finite_number(cells["frame"], path, line, "frame")
     place = [finite_number(cells[axis], path, line, axis) for axis in ("xy" if view else "xyz")]
     if confidence == 0.0:

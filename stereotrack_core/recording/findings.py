@@ -59,10 +59,8 @@ def _check(
 ) -> Iterator[Finding]:
     if recording.guessed:
         what = "the cameras are guessed from the size of the images"
-        remedy = (
-            "Landmarks can be clicked. For 3-D positions, fitting and tracking, replace it with a "
-            "calibration of these cameras."
-        )
+        then = "replace it with a calibration of these cameras"
+        remedy = f"Landmarks can be clicked. For 3-D positions, fitting and tracking, {then}."
         yield Finding("warning", "calibration.toml, [metadata] guess", what, remedy)
     else:
         yield from check_cameras(recording)
@@ -129,10 +127,8 @@ def _check_background(view: View) -> Iterator[Finding]:
     if view.left is None or (view.left.background and view.image.background):
         return
     what = "one or both cameras have no background image"
-    remedy = (
-        "The background is learned from the sequence. Set `background` to an image of the empty "
-        "scene for better results."
-    )
+    better = "Set `background` to an image of the empty scene for better results."
+    remedy = f"The background is learned from the sequence. {better}"
     yield Finding("note", f"recording.toml, view {view.name}", what, remedy)
 
 
@@ -173,10 +169,8 @@ def check_times(where: str, times: FloatArray, fps: float | None) -> Iterator[Fi
     usual = float(np.median(steps))
     if fps is not None and usual > 0 and abs(1 / usual - fps) > 0.05 * fps:
         what = f"the video states {1 / usual:.2f} frames per second, the recording {fps:g}"
-        remedy = (
-            "The value of the recording is used. Write "
-            f"fps = {1 / usual:.4g} if the video is right (tested: then its time stamps fit)."
-        )
+        right = f"fps = {1 / usual:.4g} if the video is right (tested: then its time stamps fit)"
+        remedy = f"The value of the recording is used. Write {right}."
         yield Finding("warning", where, what, remedy)
     uneven = np.flatnonzero(np.abs(steps - usual) > 0.5 * usual)
     if uneven.size:
@@ -306,8 +300,6 @@ def _check_visible(recording: Recording, reference: LandmarkTrajectory) -> Itera
         inside = (x >= 0) & (x < camera.width) & (y >= 0) & (y < camera.height)
         if inside.mean() < 0.05:
             what = f"only {100 * inside.mean():.0f} % of the reference is within this view's image"
-            remedy = (
-                "Check the calibration of this camera, the units, and the world frame of the "
-                "reference."
-            )
+            check = "Check the calibration of this camera, the units"
+            remedy = f"{check}, and the world frame of the reference."
             yield Finding("warning", f"reference.csv, view {name}", what, remedy)

@@ -15,6 +15,7 @@ from stereotrack_core.geometry.camera import Camera, is_padded
 from stereotrack_core.reading import SETTINGS_BYTES, open_file, read_bytes
 from stereotrack_core.recording import description
 from stereotrack_core.recording.calibration import is_guess, parse_calibration
+from stereotrack_core.recording.description import Cameras
 from stereotrack_core.recording.images import is_pattern, numbered_files
 from stereotrack_core.recording.landmarks import LandmarkTrajectory, read_landmarks
 from stereotrack_core.recording.stream_files import inside, picture_size
@@ -72,13 +73,9 @@ def _stream(view: Table, key: str, *, required: bool = True) -> description.Stre
     time_offset = table.number("time_offset", 0.0)
     if frames is None or (camera is None and key != "mask"):
         return None
-    return description.Stream(
-        camera=camera or "",
-        frames=frames,
-        background=table.text("background"),
-        first_frame=max(first_frame, 0),
-        time_offset=time_offset or 0.0,
-    )
+    background = table.text("background")
+    first_frame = max(first_frame, 0)
+    return description.Stream(camera or "", frames, background, first_frame, time_offset or 0.0)
 
 
 def _depth_unit(view: Table) -> float:
@@ -125,7 +122,7 @@ def describe(
         what, remedy = "there is no such folder", "Correct the path."
         if folder.is_file():
             what, remedy = "this is a file", "Give the folder that contains recording.toml."
-        complaints.append(InputError(what, where=str(folder), remedy=remedy))
+        complaints.append(InputError(what, folder, remedy))
         return None
     path = folder / DESCRIPTION
     try:
@@ -168,9 +165,7 @@ def named_file(folder: Path, key: str) -> Path:
     """The file of cameras, subject, reference or segments that a recording's description names."""
     name = load_toml(folder / DESCRIPTION).get(key)
     if not isinstance(name, str):
-        raise InputError(
-            f"it names no {key}", where=str(folder / DESCRIPTION), remedy="Add the file's name."
-        )
+        raise InputError(f"it names no {key}", folder / DESCRIPTION, "Add the file's name.")
     return inside(folder, name, f"{folder / DESCRIPTION}, {key}")
 
 
@@ -183,9 +178,7 @@ def _check_format(table: Table) -> None:
         table.complain("format", f"unknown format {version!r}", remedy)
 
 
-def _cameras(
-    folder: Path, table: Table
-) -> tuple[Mapping[str, Camera], frozenset[str] | None, bool]:
+def _cameras(folder: Path, table: Table) -> tuple[Cameras, frozenset[str] | None, bool]:
     """The usable cameras, names of the others (None: unknown), whether they are guessed."""
     path = _optional(folder, table, "calibration", lambda path: path)
     if path is None:
@@ -232,7 +225,7 @@ def _check_streams(
     folder: Path,
     table: Table,
     view: description.View,
-    cameras: Mapping[str, Camera],
+    cameras: Cameras,
     unusable: frozenset[str] | None,
 ) -> None:
     """Files are there, cameras are known, and the sizes agree."""
@@ -243,7 +236,7 @@ def _check_streams(
             known = ", ".join(cameras) or "none"
             what = f"the camera {stream.camera!r} is not in the calibration"
             remedy = f"Its cameras are: {known}."
-            table.complaints.append(InputError(what, where=f"{where}.camera", remedy=remedy))
+            table.complaints.append(InputError(what, f"{where}.camera", remedy))
         camera = cameras.get(stream.camera or view.image.camera)
         for file_key, file in (("frames", stream.frames), ("background", stream.background)):
             if file is None:
@@ -264,7 +257,7 @@ def _wrong_size(where: str, file: str, size: tuple[int, int], camera: Camera) ->
     if is_padded((camera.width, camera.height), size):
         wanted = f"write size = [{size[0]}, {size[1]}] into it"
         remedy = f"The calibration is of padded images: {wanted}."
-    return InputError(f"{images}, but {own}", where=where, remedy=remedy)
+    return InputError(f"{images}, but {own}", where, remedy)
 
 
 _FIRST_BYTES = 65536
@@ -286,7 +279,12 @@ def fingerprint(recording: description.Recording) -> str:
         for key, stream in view.streams().items():
             digest.update(f"{view.name}/{key}".encode())
             for file in identifying_files(folder, stream.frames):
-                digest.update(_beginning(file))
+                try:
+                    with open_file(file) as opened:
+                        size = os.fstat(opened.fileno()).st_size
+                        digest.update(f"{file.name} {size} ".encode() + opened.read(_FIRST_BYTES))
+                except (InputError, OSError):
+                    digest.update(b"missing")
     return digest.hexdigest()
 
 
@@ -321,12 +319,3 @@ def identifying_files(folder: Path, frames: str) -> Iterator[Path]:
     numbers = sorted(files)
     for number in dict.fromkeys([*numbers[:1], *numbers[-1:]]):
         yield files[number]
-
-
-def _beginning(path: Path) -> bytes:
-    try:
-        with open_file(path) as file:
-            size = os.fstat(file.fileno()).st_size
-            return f"{path.name} {size} ".encode() + file.read(_FIRST_BYTES)
-    except (InputError, OSError):
-        return b"missing"

@@ -87,7 +87,7 @@ def row_times(number: IntArray, time: FloatArray, fps: float | None, where: str)
     if (abs(position) > LARGEST).any():
         what = f"the time {time[abs(position).argmax()]:g} s is no frame at {own_rate:g} Hz"
         remedy = "Write times in seconds since the first frame of the recording."
-        raise InputError(what, where=where, remedy=remedy)
+        raise InputError(what, where, remedy)
     notes: list[Finding] = []
     if fps is not None and own_rate != fps:
         what = f"it states {fps:g} frames per second, but its times have {own_rate:.6g}"
@@ -111,10 +111,8 @@ def _unused(rows: RowTimes, where: str, why: str) -> RowTimes:
 def _renumbered(number: IntArray, position: FloatArray, time: FloatArray, where: str) -> Finding:
     first = abs(position - number).argmax() if position[0] == number[0] else 0
     usual = bool((position == number - 1).all()) and position[0] == 0
-    what = (
-        f"its row of frame {number[first]} has the time {time[first]:g} s, which is frame "
-        f"{position[first]:.4g} counted from 0"
-    )
+    stated = f"its row of frame {number[first]} has the time {time[first]:g} s"
+    what = f"{stated}, which is frame {position[first]:.4g} counted from 0"
     return Finding("note" if usual else "warning", where, what, "The times are used.")
 
 
@@ -164,8 +162,7 @@ def at_rate(
     count = np.where(bridged, np.maximum(last - first + 1.0, 0.0), 0.0)
     if not count.sum() <= _MOST_FRAMES or not (abs(position) <= LARGEST).all():
         what = f"its frame rate makes more than {_MOST_FRAMES:,} frames"
-        remedy = "Correct the frame rate or the times that the file states."
-        raise InputError(what, where=where, remedy=remedy)
+        raise InputError(what, where, "Correct the frame rate or the times that the file states.")
     counts = count.astype(np.int64)
     start = np.repeat(np.cumsum(counts) - counts, counts)
     between = np.repeat(first, counts) + np.arange(counts.sum()) - start
@@ -215,8 +212,6 @@ def outside_notes(frame: IntArray, count: int, where: str) -> Iterator[Finding]:
         (int((frame >= count).sum()), "after"),
     ):
         if outside:
-            what = (
-                f"it is longer than the recording of {counted(count, 'frame')}: {outside} of its "
-                f"{len(frame)} frames lie {side} it"
-            )
+            longer = f"it is longer than the recording of {counted(count, 'frame')}"
+            what = f"{longer}: {outside} of its {len(frame)} frames lie {side} it"
             yield Finding("note", where, what, "They are left out.")

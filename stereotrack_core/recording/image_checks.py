@@ -80,7 +80,12 @@ def check_images(recording: Recording) -> Iterator[Finding]:
             yield Finding("error", f"view {view}", what, remedy)
     yield from _check_frozen(watched)
     yield from _check_gain(watched)
-    yield from _check_depth(watched)
+    for (view, _), one in watched.items():
+        share = np.array(one.depth_share)
+        for part in stretches_of(share == 0) if share.size == len(one.frames) else ():
+            what = f"there is no depth from frame {one.frames[part[0]]} to {one.frames[part[-1]]}"
+            remedy = "Check the depth files: 0 means no value."
+            yield Finding("warning", f"view {view}, depth", what, remedy)
 
 
 def _watch(watched: dict[tuple[str, str], _Watched], view: str, images: ViewImages, k: int) -> None:
@@ -127,13 +132,9 @@ def _check_background(where: str, one: _Watched) -> Iterator[Finding]:
 def _check_frozen(watched: dict[tuple[str, str], _Watched]) -> Iterator[Finding]:
     """Streams that repeat an image while another stream goes on (a still scene freezes all)."""
     for (view, key), one in watched.items():
-        moving = {
-            k
-            for other, w in watched.items()
-            if other != (view, key)
-            for k, same in zip(w.frames, w.repeated, strict=True)
-            if not same
-        }
+        others = [w for place, w in watched.items() if place != (view, key)]
+        frames = (zip(w.frames, w.repeated, strict=True) for w in others)
+        moving = {k for own in frames for k, same in own if not same}
         # what is dark or white is told as such
         seen = np.array(one.highlights) >= _DARK_LEVEL
         seen &= np.array(one.brightness) <= _BRIGHT_LEVEL
@@ -155,17 +156,6 @@ def _check_gain(watched: dict[tuple[str, str], _Watched]) -> Iterator[Finding]:
         if min(levels) > 0 and max(levels) / min(levels) > _GAIN_RATIO:
             darker = "left" if levels[0] < levels[1] else "right"
             what = f"the {darker} image is darker by a factor of {max(levels) / min(levels):.2f}"
-            remedy = (
-                "The matcher's low-pass filter compensates for this, but equal gain and exposure "
-                "are better."
-            )
+            better = "equal gain and exposure are better"
+            remedy = f"The matcher's low-pass filter compensates for this, but {better}."
             yield Finding("note", f"view {view}", what, remedy)
-
-
-def _check_depth(watched: dict[tuple[str, str], _Watched]) -> Iterator[Finding]:
-    for (view, _), one in watched.items():
-        share = np.array(one.depth_share)
-        for part in stretches_of(share == 0) if share.size == len(one.frames) else ():
-            what = f"there is no depth from frame {one.frames[part[0]]} to {one.frames[part[-1]]}"
-            remedy = "Check the depth files: 0 means no value."
-            yield Finding("warning", f"view {view}, depth", what, remedy)

@@ -103,11 +103,9 @@ def numbered_files(folder: Path, pattern: str) -> dict[int, Path]:
     width = int(place.group(2) or 1)
     if width > _WIDEST:
         raise ValueError(pattern)
-    fitting = re.compile(
-        re.escape(path.name[: place.start()])
-        + rf"(\d{{{width},{_WIDEST}}})"
-        + re.escape(path.name[place.end() :])
-    )
+    before, after = path.name[: place.start()], path.name[place.end() :]
+    number = rf"(\d{{{width},{_WIDEST}}})"
+    fitting = re.compile(re.escape(before) + number + re.escape(after))
     found = {}
     for file in path.parent.iterdir():
         match = fitting.fullmatch(file.name)

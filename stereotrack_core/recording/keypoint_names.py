@@ -89,9 +89,8 @@ def layout_named(text: str) -> str:
     plain = re.sub(r"[^a-z0-9]", "", text.lower())
     by_name = {name.replace("_", ""): name for name in LAYOUTS} | dict(_SAME_LAYOUT)
     if plain not in by_name:
-        raise InputError(
-            f"unknown layout {text!r}", where="--layout", remedy=f"Use one of {', '.join(LAYOUTS)}."
-        )
+        what = f"unknown layout {text!r}"
+        raise InputError(what, "--layout", f"Use one of {', '.join(LAYOUTS)}.")
     return by_name[plain]
 
 
@@ -218,8 +217,7 @@ def unnamed(count: int, where: str, *, stated: str | None = None) -> Sequence[st
     elif stated is None and not layouts_of(count):
         what = f"a person has {count} points, which is none of the usual layouts"
     if what:
-        remedy = f"State another layout with --layout: {', '.join(LAYOUTS)}."
-        raise InputError(what, where=where, remedy=remedy)
+        raise InputError(what, where, f"State another layout with --layout: {', '.join(LAYOUTS)}.")
     return [f"point {i} of {count}" for i in range(count)]
 
 
@@ -277,20 +275,14 @@ def with_layouts(
             x, y, sure = (float(str(value)) for value in row[3:6])
             if sure > 0.0 and max(abs(x), abs(y)) < _FARTHEST:
                 own.append((int(match[1]), x, y))
-    choices = {
-        count: _choice(count, [one for one in own.values() if one], stated)
-        for count, own in people.items()
-    }
+    seen = {count: [one for one in own.values() if one] for count, own in people.items()}
+    choices = {count: _choice(count, own, stated) for count, own in seen.items()}
+    names = {n: _points(" ".join(LAYOUTS[one.layout]), n) for n, one in choices.items()}
     named = [
-        row if match is None else (*row[:2], _name(match, choices), *row[3:])
+        row if match is None else (*row[:2], names[int(match[2])][int(match[1])], *row[3:])
         for row, match in zip(rows, matches, strict=True)
     ]
     return named, tuple(choices.values())  # type: ignore[return-value]  # the same kind of tuples
-
-
-def _name(match: re.Match[str], choices: Mapping[int, LayoutChoice]) -> str:
-    place, names = int(match[1]), LAYOUTS[choices[int(match[2])].layout]
-    return names[place] if place < len(names) else f"point_{place}"
 
 
 def _choice(
@@ -313,11 +305,8 @@ def _choice(
 
 def _misfit(places: FloatArray, names: Sequence[str]) -> float:
     """Mean deviation of the bones (P people) from proportions; NaN where too few are seen."""
-    bones = [
-        (names.index(a), names.index(b), length)
-        for (a, b), length in _BONES.items()
-        if a in names and b in names
-    ]
+    known = [(*ends, length) for ends, length in _BONES.items() if set(ends) <= set(names)]
+    bones = [(names.index(a), names.index(b), length) for a, b, length in known]
     one, other, length = (np.array(column) for column in zip(*bones, strict=True))
     seen = np.linalg.norm(places[:, one] - places[:, other], axis=2)
     ratio = np.log(np.maximum(seen, 0.5) / length)

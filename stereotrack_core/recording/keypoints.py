@@ -92,9 +92,8 @@ def keypoints_of(rows: Iterable[Row]) -> Keypoints:
 
 def rows_of(keypoints: Keypoints) -> Iterator[Row]:
     """The rows as plain values."""
-    columns = [
-        getattr(keypoints, one.name).tolist() for one in fields(keypoints) if one.name != "place"
-    ]
+    names = [one.name for one in fields(keypoints) if one.name != "place"]
+    columns = [getattr(keypoints, name).tolist() for name in names]
     for (frame, camera, keypoint, sure, source, person), (x, y) in zip(
         zip(*columns, strict=True), keypoints.place.tolist(), strict=True
     ):
@@ -118,11 +117,8 @@ def columns_of(keypoints: Keypoints) -> dict[str, NDArray[Any]]:
 
     The number of the person is left out: what a run uses is of one person.
     """
-    columns: dict[str, NDArray[Any]] = {
-        "frame": keypoints.frame,
-        "place": keypoints.place,
-        "confidence": keypoints.confidence,
-    }
+    kept = ("frame", "place", "confidence")
+    columns: dict[str, NDArray[Any]] = {name: getattr(keypoints, name) for name in kept}
     for name, field in _NAMED.items():
         names, number = np.unique(getattr(keypoints, field), return_inverse=True)
         columns |= {name: np.ravel(number).astype(np.int64), f"{name}_names": names}

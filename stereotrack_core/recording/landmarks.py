@@ -25,15 +25,8 @@ from stereotrack_core.recording.toml_table import LARGEST
 from stereotrack_core.tables import csv_text, read_cells, read_rows, whole_number
 
 LANDMARKS: tuple[str, ...] = (
-    "left_shoulder",
-    "right_shoulder",
-    "left_elbow",
-    "right_elbow",
-    "left_hand",
-    "right_hand",
-    "head",
-    "left_hip",
-    "right_hip",
+    *("left_shoulder", "right_shoulder", "left_elbow", "right_elbow", "left_hand", "right_hand"),
+    *("head", "left_hip", "right_hip"),
 )
 """Left and right are the person's own. Every array of landmarks has this order."""
 
@@ -126,13 +119,13 @@ def read_landmark_table(path: Path) -> LandmarkTable:
         at_frame = found.setdefault(frame, {})
         if name in at_frame:
             what = f"line {line} repeats {name} of frame {frame}"
-            raise InputError(what, where=str(path), remedy="Delete one of the two lines.")
+            raise InputError(what, path, "Delete one of the two lines.")
         at_frame[name] = [_coordinate(cells[column], path, line, column) for column in values]
         said[frame, name] = [cells.get(column, "") for column in texts]
         times.setdefault(frame, stated_time(cells, path, line))
     if others and not found:
         what = f"none of its landmarks is known (the first is {min(others)!r})"
-        raise InputError(what, where=str(path), remedy=f"The landmarks are {', '.join(LANDMARKS)}.")
+        raise InputError(what, path, f"The landmarks are {', '.join(LANDMARKS)}.")
     frames = sorted(found)
     table = np.full((len(frames), len(LANDMARKS), len(values)), np.nan)
     for i, frame in enumerate(frames):
@@ -173,9 +166,8 @@ def _coordinate(text: str, path: Path, line: int, axis: str) -> float:
         if np.isfinite(value) and abs(value) > LARGEST:
             raise ValueError
     except ValueError:
-        what = f"line {line} has {text!r} as {axis}"
         remedy = "Write metres as a number, or leave the value empty if it is not known."
-        raise InputError(what, where=str(path), remedy=remedy) from None
+        raise InputError(f"line {line} has {text!r} as {axis}", path, remedy) from None
     return value if np.isfinite(value) else float("nan")
 
 

@@ -98,7 +98,9 @@ class FrameReader:
             raise
         self._readers = ThreadPoolExecutor(len(self._streams), "read")
         threads = min(_READ_AHEAD_THREADS, len(self._streams))
-        self._ahead = ThreadPoolExecutor(threads, "read ahead", _stand_back)
+        # whoever needs something now goes before; elsewhere the whole process would stand back
+        nice = (lambda: os.nice(_NICE)) if sys.platform == "linux" else None
+        self._ahead = ThreadPoolExecutor(threads, "read ahead", nice)
         self._backgrounds: dict[str, tuple[ImageArray | None, ImageArray] | None] = {}
         self._background_lock = threading.Lock()
 
@@ -157,11 +159,8 @@ class FrameReader:
         self._check_number(k)
         forward = k >= self._latest
         self._latest = k
-        futures = {
-            place: self._readers.submit(self._picture, opened, k)
-            for place, opened in self._streams.items()
-            if (opened.name, k) not in self._cache
-        }
+        missing = {p: s for p, s in self._streams.items() if (s.name, k) not in self._cache}
+        futures = {p: self._readers.submit(self._picture, s, k) for p, s in missing.items()}
         views: dict[str, ViewImages] = {}
         problems: dict[str, str] = {}
         for view in self.views:
@@ -195,7 +194,7 @@ class FrameReader:
             known = self.frame_count
         if not 0 <= k < known:
             remedy = f"The frames are numbered 0 to {self.frame_count - 1}."
-            raise InputError(f"there is no frame {k}", where=self.recording.name, remedy=remedy)
+            raise InputError(f"there is no frame {k}", self.recording.name, remedy)
 
     def _picture(self, opened: _OpenStream, k: int) -> NDArray[Any]:
         """Picture of the recording's frame k, from the cache or decoded."""
@@ -262,12 +261,6 @@ def reference_pictures(recording: Recording) -> Recording:
     return replace(recording, views=tuple(views))
 
 
-def _stand_back() -> None:
-    """Let whoever needs something now go before this thread."""
-    if sys.platform == "linux":  # elsewhere it is the whole process that stands back
-        os.nice(_NICE)
-
-
 def _chosen(recording: Recording, views: Sequence[str] | None) -> Sequence[View]:
     if views is None:
         return recording.views
@@ -275,9 +268,9 @@ def _chosen(recording: Recording, views: Sequence[str] | None) -> Sequence[View]
     for name in views:
         if name not in known:
             remedy = f"Available views: {', '.join(known)}."
-            raise InputError(f"there is no view {name!r}", where=recording.name, remedy=remedy)
+            raise InputError(f"there is no view {name!r}", recording.name, remedy)
     if not views:
-        raise InputError("no view is selected", where=recording.name, remedy="Select at least one.")
+        raise InputError("no view is selected", recording.name, "Select at least one.")
     return [known[name] for name in dict.fromkeys(views)]
 
 

@@ -28,10 +28,10 @@ def asked_frames(text: str | None, end: int = 2**31) -> range:
         asked = range(int(first) if first.strip() else 0, int(last) if last.strip() else end)
     except ValueError:
         what, remedy = f"{text!r} cannot be read", "Write A:B, for example 10:60."
-        raise InputError(what, where="--frames", remedy=remedy) from None
+        raise InputError(what, "--frames", remedy) from None
     if asked.start < 0 or (last.strip() and not asked):
         remedy = "Frames are counted from 0, and B must be larger than A."
-        raise InputError(f"{text!r} contains no frame", where="--frames", remedy=remedy)
+        raise InputError(f"{text!r} contains no frame", "--frames", remedy)
     return asked
 
 
@@ -42,7 +42,7 @@ def frames_within(text: str | None, count: int) -> range:
     chosen = asked_frames(text, count)
     if chosen.stop > count or chosen.start >= count:
         what = f"{text!r} exceeds the end of the recording"
-        raise InputError(what, where="--frames", remedy=f"The recording has the frames 0:{count}.")
+        raise InputError(what, "--frames", f"The recording has the frames 0:{count}.")
     return chosen
 
 
@@ -58,7 +58,7 @@ def views_of(recording: Recording, text: str | None) -> tuple[str, ...] | None:
     unknown = [name for name in names if name not in known]
     if unknown or not names:
         what = f"there is no view {(unknown or [text])[0]!r}"
-        raise InputError(what, where="--views", remedy=f"The recording has: {', '.join(known)}.")
+        raise InputError(what, "--views", f"The recording has: {', '.join(known)}.")
     return tuple(dict.fromkeys(names))
 
 
@@ -70,7 +70,7 @@ def seeds_of(text: str) -> list[int]:
         seeds = []
     if not seeds or min(seeds) < 0 or len(set(seeds)) < len(seeds):
         remedy = "Give distinct whole numbers from 0, for example 0,1,2."
-        raise InputError(f"{text!r} is not a list of seeds", where="--seeds", remedy=remedy)
+        raise InputError(f"{text!r} is not a list of seeds", "--seeds", remedy)
     return seeds
 
 
@@ -79,7 +79,7 @@ def check_calibrated(recording: Recording) -> None:
     if recording.guessed:
         what = "the calibration is a guess, so nothing in space can be computed"
         remedy = "Replace it with a calibration of these cameras."
-        raise InputError(what, where=str(recording.folder / "calibration.toml"), remedy=remedy)
+        raise InputError(what, recording.folder / "calibration.toml", remedy)
 
 
 def gives_depth(recording: Recording) -> bool:
@@ -102,8 +102,7 @@ def tracked_views(
     found = tuple(name for name in seen if views is None or name in views)
     if len(found) < _FEWEST_VIEWS:
         what = f"keypoints of {len(found)} view{'' if len(found) == 1 else 's'} tell no depth"
-        remedy = f"Give keypoints of at least {_FEWEST_VIEWS} views."
-        raise InputError(what, where="--keypoints", remedy=remedy)
+        raise InputError(what, "--keypoints", f"Give keypoints of at least {_FEWEST_VIEWS} views.")
     return found
 
 
@@ -116,11 +115,11 @@ def usable_views(recording: Recording, views: Sequence[str] | None) -> tuple[str
         mono = "keypoints of a 2-D detector in at least two mono views"
         track = "(`stereotrack track --keypoints`)"
         remedy = f"Tracking needs a view of kind stereo or depth, or {mono} {track}."
-        raise InputError(what, where=str(where / "recording.toml"), remedy=remedy)
+        raise InputError(what, where / "recording.toml", remedy)
     if views is None:
         return deep
     unknown = [name for name in views if name not in deep]
     if unknown or not views:
         what = f"unknown view with depth: {', '.join(unknown) or 'none given'}"
-        raise InputError(what, where="--views", remedy=f"Available: {', '.join(deep)}.")
+        raise InputError(what, "--views", f"Available: {', '.join(deep)}.")
     return tuple(name for name in deep if name in views)

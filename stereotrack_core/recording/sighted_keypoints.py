@@ -6,7 +6,7 @@ two rays meet, the one is taken that most cameras agree with.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations
@@ -15,9 +15,8 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
-from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.triangulation import nearest_to_rays
-from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.description import Cameras, Recording
 from stereotrack_core.recording.keypoint_names import exchanged
 from stereotrack_core.recording.keypoints import Keypoints, of_one_person
 
@@ -76,9 +75,8 @@ class SightedKeypoints:
     def rays(self) -> tuple[FloatArray, FloatArray]:
         """Optical centres (V, 3) and unit directions (K, V, 3), world."""
         centres = -np.einsum("vji,vj->vi", self.rotation, self.translation)
-        ahead = np.concatenate(
-            [self.pixel / self.focal[:, None], np.ones((*self.pixel.shape[:2], 1))], axis=2
-        )
+        ones = np.ones((*self.pixel.shape[:2], 1))
+        ahead = np.concatenate([self.pixel / self.focal[:, None], ones], axis=2)
         turned = np.einsum("vji,kvj->kvi", self.rotation, ahead)
         return centres, turned / np.linalg.norm(turned, axis=2, keepdims=True)
 
@@ -133,7 +131,7 @@ def keypoints_in_views(
     return lambda frame: sighted(own.of_frame(frame), cameras)
 
 
-def sighted(keypoints: Keypoints, cameras: Mapping[str, Camera]) -> SightedKeypoints:
+def sighted(keypoints: Keypoints, cameras: Cameras) -> SightedKeypoints:
     """Keypoints of one frame in calibrated cameras; of two with the same name the surer counts."""
     keys = list(zip(keypoints.source.tolist(), keypoints.keypoint.tolist(), strict=True))
     places = {key: k for k, key in enumerate(sorted(set(keys)))}

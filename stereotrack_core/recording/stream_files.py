@@ -56,14 +56,13 @@ def inside(folder: Path, relative: str, where: str) -> Path:
     except (OSError, RuntimeError) as error:  # no permission; links that lead in a circle
         what = f"the path {relative!r} cannot be followed ({reason(error) or 'links in a circle'})"
         remedy = "Make it readable, or replace the link with the file."
-        raise InputError(what, where=where, remedy=remedy) from None
+        raise InputError(what, where, remedy) from None
     if leaves or not full.is_relative_to(root):
-        what = f"the path {relative!r} leaves the recording folder"
         remedy = "Use a path relative to the folder, and keep the files in it."
-        raise InputError(what, where=where, remedy=remedy)
+        raise InputError(f"the path {relative!r} leaves the recording folder", where, remedy)
     if not there:
         what = f"{'folder' if images.is_pattern(relative) else 'file'} {shown.name!r} not found"
-        raise InputError(what, where=where, remedy="Add it or correct the path.")
+        raise InputError(what, where, "Add it or correct the path.")
     if not images.is_pattern(relative):
         check_file(full, where)
     return folder / path
@@ -93,9 +92,7 @@ def image_size(path: Path, where: str) -> tuple[int, int]:
     try:
         height, width = images.read_image(path, "colour").shape[:2]
     except images.DamagedFrame as problem:
-        raise InputError(
-            str(problem), where=where, remedy="Replace the file with a readable image."
-        ) from None
+        raise InputError(str(problem), where, "Replace the file with a readable image.") from None
     return width, height
 
 
@@ -115,19 +112,17 @@ def _files(folder: Path, frames: str, where: str) -> dict[int, Path]:
         files = images.numbered_files(folder, frames)
     except ValueError:
         what = f"the file name of the pattern {frames!r} must contain exactly one number"
-        raise InputError(what, where=where, remedy="Write it like N/%06d.png.") from None
+        raise InputError(what, where, "Write it like N/%06d.png.") from None
     except OSError as error:
-        raise InputError(
-            f"the folder cannot be read ({reason(error)})", where=where, remedy="Correct the path."
-        ) from None
+        what = f"the folder cannot be read ({reason(error)})"
+        raise InputError(what, where, "Correct the path.") from None
     if not files:
         what = f"no file matches the pattern {frames!r}"
-        raise InputError(what, where=where, remedy="Add the images or correct the pattern.")
+        raise InputError(what, where, "Add the images or correct the pattern.")
     if max(files) - min(files) > _WIDEST_GAP + 2 * len(files):
         numbers = f"{min(files)} to {max(files)}, but there are only {len(files)}"
-        what = f"the images of {frames!r} are numbered from {numbers}"
         remedy = "Number them without large gaps, or remove files that do not belong to them."
-        raise InputError(what, where=where, remedy=remedy)
+        raise InputError(f"the images of {frames!r} are numbered from {numbers}", where, remedy)
     return files
 
 
@@ -137,7 +132,7 @@ def no_video(error: Exception, where: str, name: str = "it") -> InputError:
     cause = "it contains no image" if empty else reason(error)
     remedy = "Copy it again from the source, or convert it to a common format such as MP4."
     what = f"{name} cannot be opened as a video ({cause})"
-    return InputError(what, where=where, remedy=readable(error, remedy))
+    return InputError(what, where, readable(error, remedy))
 
 
 _FRAMES_OF_A_VIDEO = 15  # frames, spread over a video, whose median is the background
@@ -168,9 +163,7 @@ def _picture(
             numbers = images.spread(source.count(), _FRAMES_OF_A_VIDEO)
             pictures = [source.read(n, lambda _n, _picture: None) for n in numbers]
     except images.DamagedFrame as problem:
-        raise InputError(
-            str(problem), where=where, remedy="Replace the file or remove the key."
-        ) from None
+        raise InputError(str(problem), where, "Replace the file or remove the key.") from None
     if not pictures:
-        raise InputError("it contains no image", where=where, remedy="Remove the key.")
+        raise InputError("it contains no image", where, "Remove the key.")
     return np.asarray(np.median(pictures, axis=0).round().astype(np.uint8))

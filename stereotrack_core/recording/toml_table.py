@@ -43,7 +43,7 @@ class Table:
     def complain(self, key: str, what: str, remedy: str) -> None:
         """Note that the value of `key` is wrong."""
         place = f"{self.where}, {key}" if key else self.where
-        self.complaints.append(InputError(what, where=place, remedy=remedy))
+        self.complaints.append(InputError(what, place, remedy))
 
     def text(self, key: str, *, required: bool = False) -> str | None:
         """A non-empty text, or None."""
@@ -62,11 +62,8 @@ class Table:
         value = self.values.get(key, default)
         if value is None:
             return None
-        if (
-            isinstance(value, bool)
-            or not isinstance(value, int | float)
-            or not math.isfinite(value)
-        ):
+        is_number = isinstance(value, int | float) and not isinstance(value, bool)
+        if not is_number or not math.isfinite(value):
             self.complain(key, f"{value!r} is not a finite number", f"Write {key} = a number.")
             return None
         if abs(value) > LARGEST:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator, Mapping, Sequence
+from collections.abc import Generator, Iterator, Sequence
 from contextlib import ExitStack, closing, contextmanager, suppress
 from dataclasses import asdict
 from fractions import Fraction
 from itertools import count
 from pathlib import Path
-from types import TracebackType
 from typing import Any
 
 import av
@@ -19,22 +18,13 @@ import tomli_w
 from stereotrack_core.arrays import FloatArray, ImageArray
 from stereotrack_core.atomic import filling, replacing, write_file
 from stereotrack_core.errors import InputError
-from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.reading import TABLE_BYTES, read_bytes
 from stereotrack_core.recording import description
 from stereotrack_core.recording.calibration import write_calibration
+from stereotrack_core.recording.description import Cameras
 from stereotrack_core.recording.folder import DESCRIPTION, FORMAT, named_file
 from stereotrack_core.recording.landmarks import write_landmarks
 from stereotrack_core.recording.video import FrameTimes, open_container, video_stream
-
-__all__ = [
-    "VideoWriter",
-    "keep_beside",
-    "remuxed",
-    "replace_calibration",
-    "write_png",
-    "write_recording_description",
-]
 
 
 def write_recording_description(
@@ -45,12 +35,8 @@ def write_recording_description(
     What the recording does not have is not written, nor ``calibration.toml`` if it lies there.
     Raises InputError where not all can be written; then the folder stays as it was.
     """
-    content: dict[str, Any] = {
-        "format": FORMAT,
-        "name": recording.name,
-        "fps": recording.fps,
-        "calibration": "calibration.toml",
-    }
+    content: dict[str, Any] = {"format": FORMAT, "name": recording.name, "fps": recording.fps}
+    content["calibration"] = "calibration.toml"
     with filling(recording.folder) as folder:
         if with_calibration:
             path = folder / "calibration.toml"
@@ -68,7 +54,7 @@ def write_recording_description(
         write_file(folder / DESCRIPTION, tomli_w.dumps(content))
 
 
-def replace_calibration(folder: Path, cameras: Mapping[str, Camera]) -> Path:
+def replace_calibration(folder: Path, cameras: Cameras) -> Path:
     """Replace the cameras of a recording; the calibration before is kept beside, and returned."""
     target = named_file(folder, "calibration")
     kept = keep_beside(target)
@@ -119,22 +105,14 @@ class VideoWriter:
     """
 
     def __init__(
-        self,
-        path: Path,
-        *,
-        fps: float,
-        width: int,
-        height: int,
-        colour: bool = False,
-        crf: int = 12,
+        self, path: Path, fps: float, width: int, height: int, colour: bool = False, crf: int = 12
     ) -> None:
         if width % 2 or height % 2 or width < 2 or height < 2:
-            what = f"a video of {width} x {height} pixels is not possible"
             remedy = "Width and height must be even. Otherwise write numbered PNG images."
-            raise InputError(what, where=str(path), remedy=remedy)
+            raise InputError(f"a video of {width} x {height} pixels is not possible", path, remedy)
         if not 0 < fps < 10000:
             what = f"{fps:g} frames per second is not possible"
-            raise InputError(what, where=str(path), remedy="Use more than 0 and less than 10000.")
+            raise InputError(what, path, "Use more than 0 and less than 10000.")
         self._shape = (height, width, 3) if colour else (height, width)
         self._count = 0
         self._time_base = 1 / Fraction(fps).limit_denominator(_RATE_DENOMINATOR)
@@ -144,8 +122,7 @@ class VideoWriter:
                 self._container: Any = av.open(str(temporary), "w")
             except (av.FFmpegError, ValueError) as error:
                 what = f"the video cannot be written ({error})"
-                remedy = "Use a name that ends in .mp4."
-                raise InputError(what, where=str(path), remedy=remedy) from None
+                raise InputError(what, path, "Use a name that ends in .mp4.") from None
             self._stream: Any = self._container.add_stream("libx264", rate=1 / self._time_base)
             self._stream.width, self._stream.height = width, height
             self._stream.pix_fmt = "yuv420p" if colour else _FULL_RANGE_FORMAT
@@ -158,12 +135,7 @@ class VideoWriter:
     def __enter__(self) -> VideoWriter:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, kind: Any, error: BaseException | None, trace: Any) -> None:
         if error is not None:
             with suppress(av.FFmpegError, OSError):  # of what is thrown away
                 self._container.close()
@@ -214,11 +186,9 @@ def remuxed(files: Sequence[Path], track: int, target: Path) -> Generator[float,
             with av.open(str(temporary), "w") as out:
                 yield from _copied(files, track, stamps, out)
         except (av.FFmpegError, ValueError, TypeError, IndexError) as error:
-            raise InputError(
-                f"its packets cannot be copied ({error})",
-                where=", ".join(str(path) for path in files),
-                remedy="Write a single video of them, with ffmpeg or the program of the camera.",
-            ) from None
+            what = f"its packets cannot be copied ({error})"
+            remedy = "Write a single video of them, with ffmpeg or the program of the camera."
+            raise InputError(what, ", ".join(str(path) for path in files), remedy) from None
 
 
 def _copied(

@@ -84,22 +84,14 @@ def gathered(source: Source, work: Work = NO_WORK) -> Reported:
     source = dataclasses.replace(source, run=_cut(source.run, source.frames))
     run, recording = source.run, source.recording
     first, end = int(run.frame[0]), int(run.frame[-1]) + 1
-    segments = tuple(
-        Segment(s.name, max(s.first, first), min(s.end, end))
-        for s in (() if recording is None else recording.segments)
-        if s.first < end and s.end > first
-    )
+    known = () if recording is None else recording.segments
+    inside = (s for s in known if s.first < end and s.end > first)
+    segments = tuple(Segment(s.name, max(s.first, first), min(s.end, end)) for s in inside)
     work.tell(0.02, "reading the recording")
     findings = () if recording is None else examine(recording.folder, compare=True)
-    accuracy = _accuracy(source, segments)
-    return Reported(
-        source=source,
-        segments=segments,
-        findings=findings,
-        accuracy=accuracy,
-        failures=_failures(source, work),
-        differs=() if recording is None else what_differs(run, recording),
-    )
+    accuracy, failures = _accuracy(source, segments), _failures(source, work)
+    differs = () if recording is None else what_differs(run, recording)
+    return Reported(source, segments, findings, accuracy, failures, differs)
 
 
 def _cut(run: Run, frames: range | None) -> Run:
@@ -108,8 +100,8 @@ def _cut(run: Run, frames: range | None) -> Run:
     if not inside.any():
         raise InputError(
             "the run has none of these frames" if len(run.frame) else "the run has no frames",
-            where="--frames",
-            remedy="Choose frames that the run contains."
+            "--frames",
+            "Choose frames that the run contains."
             if len(run.frame)
             else "Track the recording first.",
         )
@@ -191,15 +183,10 @@ def segment_table(summaries: Sequence[Summary]) -> Table:
         *("segment", ">frames", ">torso mm", ">long", ">cross", ">upper arms", ">forearms"),
         *(">left upper", ">right upper", ">left fore", ">right fore", ">lost %"),
     )
-    rows = [
-        (
-            summary.name,
-            str(summary.frames),
-            *(number(measure.statistics.mean) for measure in summary.measures),
-            number(100.0 * summary.lost),
-        )
-        for summary in summaries
-    ]
+    rows = []
+    for summary in summaries:
+        means = (number(measure.statistics.mean) for measure in summary.measures)
+        rows.append((summary.name, str(summary.frames), *means, number(100.0 * summary.lost)))
     return Table("Means per segment, degrees unless stated otherwise", headings, rows)
 
 
@@ -214,11 +201,8 @@ def angle_table(
     title: str, headings: Sequence[str], angles: Mapping[str, Any], keys: Sequence[str]
 ) -> Table:
     """Values of every angle that is known in any frame."""
-    rows = [
-        (name.replace("_", " "), str(one["frames"]), *(number(one[key]) for key in keys))
-        for name, one in angles.items()
-        if one["frames"]
-    ]
+    own = {name.replace("_", " "): one for name, one in angles.items() if one["frames"]}
+    rows = [(n, str(one["frames"]), *(number(one[k]) for k in keys)) for n, one in own.items()]
     return Table(title, ("angle", ">frames", *headings), rows)
 
 
@@ -277,10 +261,8 @@ def _parameters(stored: dict[str, Any]) -> Table:
 
 def _changed(stored: dict[str, Any], preset: str) -> Table:
     units = {row.name: row.unit for row in Settings.rows()}
-    rows = [
-        (key, str(value), units.get(key, ""), str(usual))
-        for key, (usual, value) in changed_parameters(stored, preset).items()
-    ]
+    both = changed_parameters(stored, preset).items()
+    rows = [(key, str(value), units.get(key, ""), str(usual)) for key, (usual, value) in both]
     return Table("", ("parameter", ">value", "unit", ">preset"), rows)
 
 

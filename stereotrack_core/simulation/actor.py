@@ -184,9 +184,8 @@ def _head(person: Person) -> Iterator[Flesh]:
 def _arm(person: Person, side: int) -> Iterator[Flesh]:
     s = SIGN[side]
     joints = rest_joints(person)
-    shoulder, elbow, wrist = (
-        joints[BONE[f"{b}_{SIDES[side]}"]] for b in ("upper_arm", "forearm", "hand")
-    )
+    bones_of_arm = ("upper_arm", "forearm", "hand")
+    shoulder, elbow, wrist = (joints[BONE[f"{b}_{SIDES[side]}"]] for b in bones_of_arm)
     m = person.muscle * girth_scale(person)
 
     def on_upper(share: float) -> FloatArray:

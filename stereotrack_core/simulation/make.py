@@ -15,7 +15,7 @@ from stereotrack_core.atomic import filling
 from stereotrack_core.compiled import load_before_threads
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
-from stereotrack_core.recording.description import Recording, Stream, View
+from stereotrack_core.recording.description import Cameras, Recording, Stream, View
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.recording.writing import VideoWriter, write_png, write_recording_description
 from stereotrack_core.simulation import skeleton
@@ -71,7 +71,7 @@ class Scene:
     actor: Actor
     chain: Chain
     passer: tuple[Actor, Sequence[skeleton.JointState | None]] | None
-    cameras: Mapping[str, Camera]
+    cameras: Cameras
     renderers: Mapping[str, CameraRenderer]
     disturber: Disturber
     turned: Mapping[str, CameraRenderer]  # cameras that are bumped, as they stand from half time on
@@ -119,16 +119,14 @@ class Simulation:
     def __post_init__(self) -> None:
         if self.frames < 1:
             what = f"{self.frames} frames cannot be simulated"
-            raise InputError(what, where="--frames", remedy="Give 1 or more.")
+            raise InputError(what, "--frames", "Give 1 or more.")
         if self.seed < 0:
-            raise InputError(
-                f"the seed {self.seed} is negative", where="--seed", remedy="Give 0 or more."
-            )
+            raise InputError(f"the seed {self.seed} is negative", "--seed", "Give 0 or more.")
         skeleton.person_named(self.person), motion_names(self.motion), view_names(self.views)
         check_strengths(self.disturbances)
         if self.disturbances and self.options.kind != "stereo":
             what = "only stereo recordings can be disturbed"
-            raise InputError(what, where="--disturb", remedy="Leave out --set kind=depth.")
+            raise InputError(what, "--disturb", "Leave out --set kind=depth.")
 
     @property
     def who(self) -> skeleton.Person:
@@ -182,9 +180,7 @@ def simulate(folder: Path, simulation: Simulation | None = None, work: Work = NO
     """
     folder, made = Path(folder), simulation or Simulation()
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-        raise InputError(
-            "the folder is not empty", where=str(folder), remedy="Use a new or empty folder."
-        )
+        raise InputError("the folder is not empty", folder, "Use a new or empty folder.")
     o = made.options
     load_before_threads()
     with filling(folder) as workplace, ThreadPoolExecutor(_WORKERS) as workers:
@@ -194,10 +190,8 @@ def simulate(folder: Path, simulation: Simulation | None = None, work: Work = NO
             VideoWriter, fps=o.fps, width=o.width, height=o.height, colour=o.colour, crf=crf
         )
         with ExitStack() as opened:
-            videos = {
-                camera: opened.enter_context(form(workplace / f"{camera}.mp4"))
-                for camera in scene.cameras
-            }
+            paths = {camera: workplace / f"{camera}.mp4" for camera in scene.cameras}
+            videos = {camera: opened.enter_context(form(path)) for camera, path in paths.items()}
             if o.background_images and o.kind == "stereo":
                 for camera, renderer in scene.renderers.items():
                     write_png(workplace / f"{camera}_background.png", renderer.background())

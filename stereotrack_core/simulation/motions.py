@@ -204,7 +204,7 @@ def motion_names(motion: str) -> tuple[str, ...]:
     for name in names:
         if name not in MOTIONS:
             remedy = f"Use one of {', '.join(MOTIONS)}, or several joined by +."
-            raise InputError(f"unknown motion {name!r}", where="--motion", remedy=remedy)
+            raise InputError(f"unknown motion {name!r}", "--motion", remedy)
     return names
 
 

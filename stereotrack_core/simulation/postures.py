@@ -121,9 +121,8 @@ def _with_arms(person: Person, state: JointState, left: Arm, right: Arm) -> Join
         flexions.append(flexion)
         towards_palm = _turn_about((0.0, SIGN[side], 0.0), arm.bend)
         hands.append(towards_palm @ _turn_about((0.0, 0.0, SIGN[side]), arm.turn))
-    return replace(
-        state, arms=np.array(rotations), elbows=np.array(flexions), hands=np.array(hands)
-    )
+    arms, elbows = np.array(rotations), np.array(flexions)
+    return replace(state, arms=arms, elbows=elbows, hands=np.array(hands))
 
 
 def _reach(

@@ -165,10 +165,8 @@ def _rasterised(
     firsts = np.cumsum([0, *(len(posed.actor.triangles) for posed in people)]).tolist()
     for posed, first, (pixels, nearness) in zip(people, firsts, projected, strict=False):
         raster.draw(in_samples(pixels, origin), nearness, posed.actor.triangles, first)
-    return (
-        (posed, raster.seen(posed.actor.triangles, first))
-        for posed, first in zip(people, firsts, strict=False)
-    )
+    pairs = zip(people, firsts, strict=False)
+    return ((posed, raster.seen(posed.actor.triangles, first)) for posed, first in pairs)
 
 
 def _flat(samples: Samples, normals: FloatArray) -> FloatArray:

@@ -13,6 +13,7 @@ from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.rotation import rotation_from_vector
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.parameters import ParameterGroup, parameter
+from stereotrack_core.recording.description import Cameras
 
 _SCENE, _RIG, _SENSOR = "Scene", "Cameras", "Sensor"
 
@@ -68,12 +69,7 @@ class SceneOptions(ParameterGroup):
     lossless: bool = parameter(False, _SENSOR)("Lossless videos, several times larger.")
 
 
-COMPASS: dict[str, tuple[float, float]] = {
-    "N": (0.0, 1.0),
-    "O": (1.0, 0.0),
-    "S": (0.0, -1.0),
-    "W": (-1.0, 0.0),
-}
+COMPASS = {"N": (0.0, 1.0), "O": (1.0, 0.0), "S": (0.0, -1.0), "W": (-1.0, 0.0)}
 """Where each view stands: east, north."""
 
 _LOOK_AT_HEIGHT = 1.02
@@ -85,7 +81,7 @@ def view_names(views: str) -> tuple[str, ...]:
     names = tuple(views.replace("+", ""))
     if not names or len(set(names)) < len(names) or not set(names) <= set(COMPASS):
         remedy = "Use some of N, O, S and W, each at most once, for example NS."
-        raise InputError(f"the views {views!r} are not possible", where="--views", remedy=remedy)
+        raise InputError(f"the views {views!r} are not possible", "--views", remedy)
     return names
 
 
@@ -126,13 +122,8 @@ def _placed(view: str, options: SceneOptions, rng: np.random.Generator) -> Rigid
     east, north = COMPASS[view]
     distance = options.camera_distance + rng.uniform(-0.12, 0.12)
     aside = rng.uniform(-0.15, 0.15)
-    place = np.array(
-        [
-            east * distance + north * aside,
-            north * distance - east * aside,
-            options.camera_height + rng.uniform(-0.08, 0.08),
-        ]
-    )
+    ground = east * distance + north * aside, north * distance - east * aside
+    place = np.array([*ground, options.camera_height + rng.uniform(-0.08, 0.08)])
     target = np.array([*rng.uniform(-0.06, 0.06, 2), _LOOK_AT_HEIGHT])
     rotation = looking_at(place, target)
     return RigidTransform(rotation, -rotation @ place)
@@ -251,7 +242,7 @@ def _refusal(what: str) -> InputError:
         f"{name} ({kind.least:g} to {kind.most:g}{', whole' if kind.whole else ''})"
         for name, kind in KINDS.items()
     )
-    return InputError(what, where="--disturb", remedy=f"There are, with strengths: {possible}.")
+    return InputError(what, "--disturb", f"There are, with strengths: {possible}.")
 
 
 def parsed_disturbances(text: str) -> dict[str, float]:
@@ -291,7 +282,7 @@ class Disturber:
         last = _view(camera) == _view(list(cameras)[-1])
         return max(0, frame - int(self.strengths.get("late", 0)) * last)
 
-    def turned(self, cameras: Mapping[str, Camera]) -> dict[str, Camera]:
+    def turned(self, cameras: Cameras) -> dict[str, Camera]:
         """Cameras of the view that is bumped, as they stand afterwards; the pair stays rigid."""
         if "bump" not in self.strengths:
             return {}
@@ -302,10 +293,8 @@ class Disturber:
         axis = np.array([np.sin(angle), np.cos(angle), 0.0])
         turn = rotation_from_vector(np.radians(self.strengths["bump"]) * axis)
         moved = base.inverse() @ RigidTransform(turn, np.zeros(3)) @ base
-        return {
-            name: replace(camera, camera_from_world=camera.camera_from_world @ moved)
-            for name, camera in pair.items()
-        }
+        places = {name: one.camera_from_world @ moved for name, one in pair.items()}
+        return {name: replace(pair[name], camera_from_world=at) for name, at in places.items()}
 
     def sensor(self, sensor: Sensor) -> Sensor:
         """The sensor as it takes the video; that of the empty scene's picture is undisturbed."""

@@ -172,11 +172,8 @@ def _walls() -> list[_Sheet]:
 
 
 def _table(x: float, y: float) -> list[_Box]:
-    legs: list[_Box] = [
-        ((x + dx, y + dy, 0.0), (0.06, 0.06, 0.70), "wood")
-        for dx in (0.02, 1.32)
-        for dy in (0.02, 0.72)
-    ]
+    corners = [(x + dx, y + dy, 0.0) for dx in (0.02, 1.32) for dy in (0.02, 0.72)]
+    legs: list[_Box] = [(corner, (0.06, 0.06, 0.70), "wood") for corner in corners]
     return [*legs, ((x, y, 0.70), (1.40, 0.80, 0.04), "wood")]
 
 
@@ -192,11 +189,8 @@ def _chair(x: float, y: float) -> list[_Box]:
     legs: list[_Box] = [
         ((x + dx, y + dy, 0.0), (0.04, 0.04, 0.44), "dark") for dx in (0, 0.40) for dy in (0, 0.40)
     ]
-    return [
-        *legs,
-        ((x, y, 0.44), (0.44, 0.44, 0.05), "cushion"),
-        ((x, y, 0.49), (0.44, 0.04, 0.45), "wood"),
-    ]
+    seat, back = ((0.44, 0.44, 0.05), "cushion"), ((0.44, 0.04, 0.45), "wood")
+    return [*legs, ((x, y, 0.44), *seat), ((x, y, 0.49), *back)]
 
 
 _FURNITURE: tuple[_Box, ...] = (

@@ -156,19 +156,15 @@ def clothing(table: FloatArray, marks: FloatArray, points: FloatArray) -> Stuff:
 
 
 def shade(
-    points: FloatArray,
-    normals: FloatArray,
-    stuff: Stuff,
-    lattice: Float32Array,
-    response: FloatArray,
+    points: FloatArray, normals: FloatArray, stuff: Stuff, noise: Float32Array, response: FloatArray
 ) -> FloatArray:
     """Light (N, c) that a camera gets from points (N, 3), where textures live, with world normals.
 
-    `lattice` (64, 64, 64) is the noise of the textures, `response` (c, 3) makes the camera's
+    `noise` (64, 64, 64) is that of the textures, `response` (c, 3) makes the camera's
     channels from red, green and blue.
     """
     colours = np.empty(points.shape)
-    _reflectance(colours, stuff.table, stuff.row, stuff.stripe, lattice, points)
+    _reflectance(colours, stuff.table, stuff.row, stuff.stripe, noise, points)
     length = np.maximum(np.sqrt(along(normals**2, np.ones(3))), 1e-9)
     strong = np.maximum(0.0, along(normals, _LAMP) / length)
     soft = 0.5 + 0.5 * (along(normals, _SOFT_LAMP) / length)

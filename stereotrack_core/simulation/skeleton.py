@@ -72,16 +72,9 @@ class Person:
 
     def subject(self) -> Subject:
         """The lengths as a person would measure them for ``subject.toml``."""
-        return Subject(
-            name=self.name,
-            shoulder_width=self.shoulder_width,
-            hip_width=self.hip_width,
-            torso_length=self.torso_length,
-            upper_arm_length=self.upper_arm,
-            forearm_length=self.forearm,
-            hand_length=self.hand,
-            shoulder_to_head=self.shoulder_to_head,
-        )
+        arm = self.upper_arm, self.forearm, self.hand
+        trunk = self.shoulder_width, self.hip_width, self.torso_length
+        return Subject(self.name, *trunk, *arm, self.shoulder_to_head)
 
 
 def _person(name: str, stature: float, girth: float, muscle: float, hips: float) -> Person:
@@ -113,19 +106,16 @@ def person_named(name: str) -> Person:
     try:
         return PEOPLE[name]
     except KeyError:
-        raise InputError(
-            f"unknown person {name!r}", where="--person", remedy=f"Use one of {', '.join(PEOPLE)}."
-        ) from None
+        what = f"unknown person {name!r}"
+        raise InputError(what, "--person", f"Use one of {', '.join(PEOPLE)}.") from None
 
 
 def grown(person: Person, stature: float) -> Person:
     """The person scaled to another stature in metres; girth and muscle are factors and stay."""
     factor = stature / person.stature
-    lengths = {
-        field.name: factor * getattr(person, field.name)
-        for field in fields(person)
-        if field.name not in {"name", "girth", "muscle", "hips"}
-    }
+    others = {"name", "girth", "muscle", "hips"}
+    names = [one.name for one in fields(person) if one.name not in others]
+    lengths = {name: factor * getattr(person, name) for name in names}
     return replace(person, **lengths)
 
 

@@ -19,13 +19,7 @@ from stereotrack_core.project.whereabouts import projects_of
 from stereotrack_core.recording.folder import DESCRIPTION
 from stereotrack_core.recording.selection import seeds_of
 from stereotrack_core.recording.toml_table import load_toml
-from stereotrack_core.study.points import (
-    Point,
-    checked_name,
-    grid_points,
-    parameter_rows,
-    parsed_axis,
-)
+from stereotrack_core.study import points
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.work import NO_WORK, Work
 
@@ -78,9 +72,9 @@ class StudySettings:
     layout: str | None = None  # order of the keypoints in files without names
     person: str | None = None  # name or number of the person in keypoints of several
 
-    def all_points(self) -> tuple[Point, ...]:
+    def all_points(self) -> tuple[points.Point, ...]:
         """Points of the grid. Raises InputError if a value is not accepted."""
-        return grid_points([parsed_axis(text) for text in self.grid])
+        return points.grid_points([points.parsed_axis(text) for text in self.grid])
 
     def check(self) -> None:
         """Refuse what makes no sense for any recording. Raises InputError."""
@@ -96,12 +90,12 @@ class StudySettings:
             name: value for name, value in texts.items() if value != getattr(usual, name)
         }
         content = {"preset": self.preset, "seeds": seeds_of(self.seeds), **content}
-        rows = parameter_rows()
+        rows = points.parameter_rows()
         if self.changes:
             named = parsed_settings(self.changes)
             content["settings"] = {name: rows[name].checked(named[name]) for name in named}
         if self.grid:
-            axes = [parsed_axis(text) for text in self.grid]
+            axes = [points.parsed_axis(text) for text in self.grid]
             content["grid"] = {axis.name: list(axis.values) for axis in axes}
         return content
 
@@ -118,9 +112,7 @@ class StudySettings:
         try:
             found.check()
         except InputError as error:
-            raise InputError(
-                error.what, where=f"{where}, {error.where}", remedy=error.remedy
-            ) from None
+            raise InputError(error.what, f"{where}, {error.where}", error.remedy) from None
         return found
 
 
@@ -161,6 +153,10 @@ class Study:
         """The file or folder that a description names."""
         return Path(os.path.normpath(self.folder / relative))
 
+    def rows_besides(self, folder: Path) -> tuple[StudyRecording, ...]:
+        """All recordings but the one in this folder."""
+        return tuple(row for row in self.rows if self.place(row.recording) != folder)
+
     def relative(self, path: Path) -> str:
         """How a description names a file or folder."""
         path = path.absolute()
@@ -181,7 +177,7 @@ def check_name(path: Path) -> None:
     if not path.name.endswith(SUFFIX) or path.name == SUFFIX:
         stem = path.name.split(".")[0] or "walks"
         what = f"the name of a study must end in {SUFFIX}"
-        raise InputError(what, where=str(path), remedy=f"Use the name {stem}{SUFFIX}.")
+        raise InputError(what, path, f"Use the name {stem}{SUFFIX}.")
 
 
 def read_study(path: Path) -> Study:
@@ -191,10 +187,10 @@ def read_study(path: Path) -> Study:
     unknown = [key for key in content if key not in _KIND]
     if unknown:
         known = did_you_mean(unknown[0], _KIND)
-        raise InputError(f"unknown key {unknown[0]!r}", where=str(path), remedy=known + _REMEDY)
+        raise InputError(f"unknown key {unknown[0]!r}", path, known + _REMEDY)
     check_kind(content, _KIND, str(path), _REMEDY)
     for name in (*content.get("settings", ()), *content.get("grid", ())):
-        checked_name(name, str(path))
+        points.checked_name(name, str(path))
     rows = tuple(_row(one) for one in content.get("recording", ()))
     study = Study(path, rows, StudySettings.of(content, str(path)))
     check_rows(study)
@@ -217,14 +213,14 @@ def check_rows(study: Study) -> None:
                 f"the recording {row.recording!r} is listed twice"
                 if row.recording
                 else f"recording number {number} has no folder",
-                where=str(study.path),
-                remedy="Delete one of the two." if row.recording else "Write it, or delete it.",
+                study.path,
+                "Delete one of the two." if row.recording else "Write it, or delete it.",
             )
         seen.add(place)
     taken = [name for name in study.factors if name in RESULT_COLUMNS]
     if taken:
         what = f"a factor is called {taken[0]!r}, which is a column of the results"
-        raise InputError(what, where=str(study.path), remedy="Give it another name.")
+        raise InputError(what, study.path, "Give it another name.")
 
 
 def write_study(study: Study) -> None:
@@ -245,8 +241,8 @@ def selected(study: Study, select: Sequence[str]) -> tuple[StudyRecording, ...]:
         if not sign or name not in known:
             raise InputError(
                 f"the study has no column {name!r}" if sign else f"{text!r} cannot be read",
-                where="--select",
-                remedy=f"{did_you_mean(name, known)}Write COLUMN=VALUE; the columns are: "
+                "--select",
+                f"{did_you_mean(name, known)}Write COLUMN=VALUE; the columns are: "
                 f"{', '.join(known)}.",
             )
         patterns = [value.strip() for value in values.split(",")]
@@ -258,7 +254,7 @@ def selected(study: Study, select: Sequence[str]) -> tuple[StudyRecording, ...]:
     if select and not rows:
         what = "no recording of the study agrees with this selection"
         remedy = "See the values with `stereotrack study status`."
-        raise InputError(what, where=" ".join(f"--select {text}" for text in select), remedy=remedy)
+        raise InputError(what, " ".join(f"--select {text}" for text in select), remedy)
     return rows
 
 
@@ -313,7 +309,6 @@ def _found(folders: Iterable[Path]) -> Iterator[Path]:
     for folder in folders:
         below = list(recordings_below(folder.absolute()))
         if not below:
-            what = "there is no recording in this folder"
             remedy = "Give a folder with recordings below it: folders with a recording.toml."
-            raise InputError(what, where=str(folder), remedy=remedy)
+            raise InputError("there is no recording in this folder", folder, remedy)
         yield from below

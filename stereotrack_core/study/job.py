@@ -64,14 +64,8 @@ class Job:
         return self.spec.views or ()
 
 
-_FACTS: Kind = {
-    "job": str,
-    "status": str,
-    "measures": {str: float},
-    "frames": int,
-    "error": str,
-    "attempts": int,
-}
+_FACTS: Kind = {"job": str, "status": str, "measures": {str: float}, "frames": int}
+_FACTS |= {"error": str, "attempts": int}
 
 
 @dataclass(frozen=True)
@@ -101,7 +95,7 @@ class JobResult:
         check_kind(facts, _FACTS, "the result of a job", "Compute it again.")
         if facts.get("status") not in ("done", "failed") or None in map(facts.get, _FACTS):
             what = "this is not the result of a job"
-            raise InputError(what, where=str(facts.get("job")), remedy="Compute it again.")
+            raise InputError(what, str(facts.get("job")), "Compute it again.")
         return cls(facts["job"], **{key: facts[key] for key in _FACTS if key != "job"})
 
 
@@ -184,8 +178,7 @@ def recording_of(job: Job) -> Recording:
     recording = open_recording(folder)
     if fingerprint(recording) != job.fingerprint:
         what = "the recording has changed since the work was started"
-        remedy = "Start it again with the present recording."
-        raise InputError(what, where=job.folder, remedy=remedy)
+        raise InputError(what, job.folder, "Start it again with the present recording.")
     return recording
 
 

@@ -77,8 +77,8 @@ def checked_name(name: str, where: str) -> str:
     if name not in rows and name not in SPECIAL:
         raise InputError(
             f"unknown parameter {name!r}",
-            where=where,
-            remedy=f"{did_you_mean(name, (*SPECIAL, *rows))}docs/parameters.md lists all "
+            where,
+            f"{did_you_mean(name, (*SPECIAL, *rows))}docs/parameters.md lists all "
             f"parameters; also allowed: {', '.join(SPECIAL)}.",
         )
     return name
@@ -96,7 +96,7 @@ def checked_value(name: str, value: Value) -> Value:
     if name == "preset":
         preset(text)  # refuses an unknown one
     if not text:
-        raise InputError("a value is missing", where=name, remedy="Write NAME=a,b,c.")
+        raise InputError("a value is missing", name, "Write NAME=a,b,c.")
     return text
 
 
@@ -104,12 +104,12 @@ def parsed_axis(text: str) -> Axis:
     """Read ``NAME=a,b,c`` as given to ``--grid``. Raises InputError."""
     name, sign, values = text.partition("=")
     if not sign or not values.strip():
-        raise InputError(f"{text!r} cannot be read", where="--grid", remedy="Write NAME=a,b,c.")
+        raise InputError(f"{text!r} cannot be read", "--grid", "Write NAME=a,b,c.")
     name = checked_name(name.strip(), "--grid")
     checked = tuple(checked_value(name, value.strip()) for value in values.split(","))
     if len(set(checked)) < len(checked):
         what = f"{values!r} contains a value twice"
-        raise InputError(what, where=f"--grid {name}", remedy="Give each value once.")
+        raise InputError(what, f"--grid {name}", "Give each value once.")
     return Axis(name, checked)
 
 
@@ -118,13 +118,11 @@ def grid_points(axes: Sequence[Axis]) -> tuple[Point, ...]:
     names = [axis.name for axis in axes]
     if len(set(names)) < len(names):
         twice = next(name for name in names if names.count(name) > 1)
-        raise InputError(
-            f"{twice} is given twice", where="--grid", remedy="Give all its values in one list."
-        )
+        raise InputError(f"{twice} is given twice", "--grid", "Give all its values in one list.")
     count = math.prod(len(axis.values) for axis in axes)
     if count > _MOST_POINTS:
         remedy = "Give fewer values, or search for the best ones with --search."
-        raise InputError(f"the grid has {count} points", where="--grid", remedy=remedy)
+        raise InputError(f"the grid has {count} points", "--grid", remedy)
     combinations = itertools.product(*(axis.values for axis in axes))
     return tuple(Point(tuple(zip(names, values, strict=True))) for values in combinations)
 
@@ -167,9 +165,7 @@ def parsed_range(text: str) -> Range:
         raise _wrong(text, "cannot be read")
     name = checked_name(name.strip(), "--search")
     if name == "seed":
-        raise InputError(
-            "the seed cannot be searched", where="--search", remedy="Average over --seeds instead."
-        )
+        raise InputError("the seed cannot be searched", "--search", "Average over --seeds instead.")
     kind = parameter_rows()[name].type if name not in SPECIAL else str
     if ":" not in rest or kind not in (int, float):
         values = parsed_axis(text).values
@@ -188,8 +184,8 @@ def parsed_range(text: str) -> Range:
 def _wrong(text: str, what: str) -> InputError:
     return InputError(
         f"{text!r} {what}",
-        where="--search",
-        remedy=f"{_FORM} LOW must be the smaller value; log needs values above 0 that are not "
+        "--search",
+        f"{_FORM} LOW must be the smaller value; log needs values above 0 that are not "
         "whole numbers only.",
     )
 
@@ -200,15 +196,10 @@ class Search:
     def __init__(self, ranges: Sequence[Range], *, more_is_better: bool = False) -> None:
         names = [one.name for one in ranges]
         if len(set(names)) < len(names):
-            raise InputError(
-                "a name is given twice", where="--search", remedy="Give each name once."
-            )
+            raise InputError("a name is given twice", "--search", "Give each name once.")
+        missing = "Optuna is not installed, which is needed for a search"
         self._optuna = extra_library(
-            "optuna",
-            "search",
-            missing="Optuna is not installed, which is needed for a search",
-            where="--search",
-            instead="--grid",
+            "optuna", "search", missing=missing, where="--search", instead="--grid"
         )
         logging.getLogger("optuna").setLevel(logging.WARNING)
         self._study = self._optuna.create_study(
@@ -221,10 +212,8 @@ class Search:
     def ask(self, count: int) -> tuple[Point, ...]:
         """The next points; :meth:`tell` is told about all of them together."""
         self._open = [self._study.ask() for _ in range(count)]
-        return tuple(
-            Point(tuple((one.name, one.suggested(trial)) for one in self._ranges))
-            for trial in self._open
-        )
+        asked = (tuple((r.name, r.suggested(trial)) for r in self._ranges) for trial in self._open)
+        return tuple(Point(one) for one in asked)
 
     def tell(self, values: Sequence[float]) -> None:
         """How good the points were, in their order; NaN for one that failed."""

@@ -87,7 +87,7 @@ def source_of(study: Study, row: StudyRecording) -> Source:
     folder = study.place(row.recording)
     if not folder.is_dir():
         remedy = f"Move it back to {folder}, or write its place into the study file."
-        raise InputError("the recording was not found", where=row.recording, remedy=remedy)
+        raise InputError("the recording was not found", row.recording, remedy)
     recording, truth = open_recording(folder), None
     scenarios: tuple[Segment, ...] = ()
     if row.project:
@@ -130,21 +130,11 @@ def _job(study: Study, source: Source, point: Point, seed: int) -> Job:
     if isinstance(init, Pose):
         told_init = {name: np.asarray(value).tolist() for name, value in sorted(vars(init).items())}
     smooth = point.by_name.get("smooth", base.smooth) is True
-    clouds = {
-        "recording": source.facts,
-        "depth": settings.depth.values(),
-        "colour": settings.tracking.wants_colour,
-        "views": views,
-        "frames": [frames.start, frames.stop],
-    }
-    tracking = {
-        "clouds": clouds,
-        "version": __version__,
-        "settings": settings.values(),
-        "seed": seed,
-        "init": told_init,
-        "smooth": smooth,
-    }
+    clouds: dict[str, Any] = {"recording": source.facts, "depth": settings.depth.values()}
+    clouds |= {"colour": settings.tracking.wants_colour, "views": views}
+    clouds["frames"] = [frames.start, frames.stop]
+    tracking: dict[str, Any] = {"clouds": clouds, "version": __version__}
+    tracking |= {"settings": settings.values(), "seed": seed, "init": told_init, "smooth": smooth}
     told: dict[str, Any] = {"reference": source.reference}
     if source.scenarios:  # so that jobs without keep the identity they had
         told["scenarios"] = [[one.name, one.first, one.end] for one in source.scenarios]
@@ -167,12 +157,9 @@ def _job(study: Study, source: Source, point: Point, seed: int) -> Job:
 def _kept(study: Study, row: StudyRecording, job: Job) -> Job:
     """The job with a file for its run; copies of a recording have runs of their own."""
     name = _run_name(study.settings, job)
-    return dataclasses.replace(
-        job,
-        identity=_digest([job.identity, row.recording]),
-        recording=row.recording,
-        keep=str(study.runs_of(row) / f"{name}.npz"),
-    )
+    identity = _digest([job.identity, row.recording])
+    keep = str(study.runs_of(row) / f"{name}.npz")
+    return dataclasses.replace(job, identity=identity, recording=row.recording, keep=keep)
 
 
 def _run_name(base: StudySettings, job: Job) -> str:
@@ -258,13 +245,7 @@ class StudyRun:
         return self._working(lambda: self._do(jobs))
 
     def search(
-        self,
-        study: Study,
-        sources: Sequence[Source],
-        ranges: Sequence[Range],
-        *,
-        by: str,
-        trials: int,
+        self, study: Study, sources: Sequence[Source], ranges: Sequence[Range], by: str, trials: int
     ) -> Outcome:
         """Look for the point that is best by a measure."""
 
@@ -315,9 +296,8 @@ class StudyRun:
         return Outcome(tuple(self._jobs), len(self._reused), len(self._fresh), stopped)
 
     def _do(self, jobs: Sequence[Job]) -> None:
-        waiting = [
-            job for job in missing(jobs, self._store.results) if job.identity not in self._fresh
-        ]
+        undone = missing(jobs, self._store.results)
+        waiting = [job for job in undone if job.identity not in self._fresh]
         names = {job.identity for job in waiting}
         self._jobs += jobs
         self._reused |= {job.identity for job in jobs} - names - self._fresh

@@ -111,8 +111,7 @@ def _check_table(table: Path) -> None:
     except InputError:
         columns = ()
     if JOB_COLUMN not in columns:
-        what = "the file exists and is not a sweep table"
-        raise InputError(what, where=str(table), remedy="Choose another table.")
+        raise InputError("the file exists and is not a sweep table", table, "Choose another table.")
 
 
 def _result_rows(
@@ -235,13 +234,11 @@ def read_table(path: Path) -> RunTable:
     columns, rows = read_csv_table(path)
     if "job" not in columns or "status" not in columns:
         remedy = "Choose a table written by `stereotrack sweep` or `stereotrack study run`."
-        raise InputError("this is not a sweep table", where=str(path), remedy=remedy)
+        raise InputError("this is not a sweep table", path, remedy)
     place = columns.index("status")
     done = tuple(row for row in rows if row[place] == "done")
     if not done:
-        raise InputError(
-            "no run of this table is finished yet", where=str(path), remedy="Let it continue first."
-        )
+        raise InputError("no run of this table is finished yet", path, "Let it continue first.")
     return RunTable(columns, done, failed=len(rows) - len(done))
 
 

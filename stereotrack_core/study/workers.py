@@ -92,12 +92,10 @@ class Batches:
         for job in jobs:
             groups.setdefault(job.clouds, []).append(job)
         share = _work(jobs) / workers
-        self._waiting = [
-            Batch(tuple(group[i::count]))
-            for group in groups.values()
-            for count in (_cuts(group, share),)
-            for i in range(count)
-        ]
+        self._waiting: list[Batch] = []
+        for group in groups.values():
+            count = _cuts(group, share)
+            self._waiting += [Batch(tuple(group[i::count])) for i in range(count)]
         self._waiting.sort(key=lambda batch: _work(batch.jobs), reverse=True)
 
     def do(self, process: TaskProcess) -> None:
@@ -164,26 +162,21 @@ class ClusterWorkers:
     """
 
     def __init__(self, address: str, *, patience: float = _PATIENCE_SECONDS) -> None:
+        missing = "Dask is not installed, which is needed for clusters"
         distributed = extra_library(
-            "distributed",
-            "cluster",
-            missing="Dask is not installed, which is needed for clusters",
-            where="--scheduler",
-            instead="--workers",
+            "distributed", "cluster", missing=missing, where="--scheduler", instead="--workers"
         )
         self._where = f"--scheduler {address}"
         by_file = address.endswith(".json")
         if by_file and not Path(address).is_file():
-            raise InputError(
-                "the scheduler file was not found", where=self._where, remedy=_HERE_INSTEAD
-            )
+            raise InputError("the scheduler file was not found", self._where, _HERE_INSTEAD)
         named = {"scheduler_file" if by_file else "address": address}
         try:
             self._client: Any = distributed.Client(**named, timeout=patience, set_as_default=False)
         except (OSError, TimeoutError, TypeError, ValueError) as error:
             what = f"no scheduler answers at this address ({error})"
             remedy = f"Start one with `dask scheduler` and give its address. {_HERE_INSTEAD}"
-            raise InputError(what, where=self._where, remedy=remedy) from None
+            raise InputError(what, self._where, remedy) from None
 
     def __enter__(self) -> ClusterWorkers:
         return self
@@ -200,7 +193,7 @@ class ClusterWorkers:
         """Do all jobs; returns when each has a result."""
         if not self._client.nthreads():
             remedy = "Start one or more with `dask worker ADDRESS --nthreads 1`."
-            raise InputError("the scheduler has no worker", where=self._where, remedy=remedy)
+            raise InputError("the scheduler has no worker", self._where, remedy)
         ended: queue.SimpleQueue[Any] = queue.SimpleQueue()
         futures = {}
         for job in jobs:
@@ -228,9 +221,8 @@ class ClusterWorkers:
     def _result(self, job: Job, future: Any) -> JobResult:
         error = future.exception()  # waits if a worker has died with the result
         if future.status == "cancelled":
-            what = "the scheduler has stopped or lost the jobs"
             remedy = "Start it again and run the same command: finished results are kept."
-            raise InputError(what, where=self._where, remedy=remedy)
+            raise InputError("the scheduler has stopped or lost the jobs", self._where, remedy)
         if error is None:
             result: JobResult = future.result()
             return result
@@ -242,10 +234,8 @@ class ClusterWorkers:
 def do_job(job: Job, version: str) -> JobResult:
     """Do one job on a worker of a cluster, of the same version. Raises ChanceError."""
     if version != __version__:
-        error = InputError(
-            f"a worker has version {__version__} of this program, not {version}",
-            remedy="Install the same version on all machines.",
-        )
+        what = f"a worker has version {__version__} of this program, not {version}"
+        error = InputError(what, remedy="Install the same version on all machines.")
         return failure(job.identity, error)
     cv2.setNumThreads(1)  # the machine's other cores have workers of their own
     (result,) = do_batch((job,))

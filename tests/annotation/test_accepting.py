@@ -39,7 +39,9 @@ def test_the_limit_grows_with_the_image_and_an_unknown_sigma_is_beyond_it():
     given = (predicted(5.0), predicted(5.1), predicted(None), predicted(9.9, "S"))
     found = acceptable(given, (), CAMERAS)
     assert found.predictions == (given[0], given[3])
-    assert found.words() == "2 points less certain than 5 px stay open. Click or drag them."
+    assert found.words() == (
+        "2 points less certain than 5 px at 480 lines stay open. Click or drag them."
+    )
     assert acceptable(given[:1], (), CAMERAS).words() == ""
     assert acceptable(given, (), CAMERAS, limit=6.0).predictions == (*given[:2], given[3])
 

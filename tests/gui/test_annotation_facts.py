@@ -95,6 +95,7 @@ def test_an_offer_is_made_once_and_not_again_when_declined(recording):
     gone, (message,) = offers.update(hints, {S: "S"})
     assert gone == ()
     assert "left elbow and right elbow" in message.what
+    assert "px from the epipolar curves of the other views" in message.what
     assert message.where == "S, frame 0"
     assert offers.update(hints, {S: "S"}) == ((), ())
     message.do()

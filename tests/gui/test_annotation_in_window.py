@@ -117,6 +117,7 @@ def test_a_second_reading_is_blind_and_leaves_the_first_alone(annotating, qtbot)
     key(annotating, Qt.Key.Key_Delete)
     assert len(annotating.context.session.project.project.clicks.again_at(1, 0)) == 1
     trigger(annotating, "annotate-repeat-finish")
+    assert "Agreement" in annotating.statusBar().currentMessage()
     qtbot.waitUntil(annotating.context.tasks.settled, timeout=60_000)
     assert len(view(annotating).marks.clicks) == 4
     assert clicks(annotating) == first

@@ -94,8 +94,13 @@ def test_it_is_left_out_by_one_button_and_comes_back_by_undo(four, qtbot):
     assert clicking.body.words.text().startswith("Left out: O.")
     fit = clicking.facts.now().fit
     assert {key.camera for key in fit.residuals} == {"N_right", "S_right", "W_right"}
+    assert not clicking.facts.now().fit_is_old, "it is of all clicks that count"
+    clicking.annotating.choose("head")
+    offer = four.context.docks.views.tiles["O"].camera.marks.offer
+    assert offer.words == "move head here (this camera is left out)"
     used = four.context.actions.action("annotate-camera-2")
     assert (used.text(), used.isChecked()) == ("Use O", False)
+    assert not clicking.facts.now().fit_is_old, "it is the fit of the clicks that count"
     clicked = ClickedRecording.of(project, session.document.recording)
     assert len(clicked.clicks) == 81
     assert clicked.left_out == ["O_right"]
@@ -104,6 +109,25 @@ def test_it_is_left_out_by_one_button_and_comes_back_by_undo(four, qtbot):
     qtbot.waitUntil(four.context.tasks.settled, timeout=120_000)
     assert not project.marks.unused_cameras()
     assert session.cameras.now is not None
+
+
+def test_the_panel_has_a_box_for_each_camera_which_leaves_it_out_as_one_step(four, qtbot):
+    place(four, qtbot, true_clicks(four, range(3), "O_right", (32.0, 24.0)))
+    session, cameras = four.context.session, four.features.annotate.clicking.body.cameras
+    four.context.docks.bring_up("body")
+    shown = {box.text(): box for box in cameras.boxes if not box.isHidden()}
+    assert {name: box.isChecked() for name, box in shown.items()} == dict.fromkeys("NOSW", True)
+    assert "O disagrees with the other three by 40 px. Use O. Let the" in shown["O"].toolTip()
+    assert [name for name, box in shown.items() if not box.icon().isNull()] == ["O"]
+    shown["O"].click()
+    qtbot.waitUntil(four.context.tasks.settled, timeout=120_000)
+    assert session.project.project.marks.unused_cameras() == {"O_right"}
+    assert not shown["O"].isChecked()
+    assert "disagrees" not in shown["O"].toolTip(), "the others agree"
+    four.context.actions.action("undo").trigger()
+    qtbot.waitUntil(four.context.tasks.settled, timeout=120_000)
+    assert not session.project.project.marks.unused_cameras()
+    assert shown["O"].isChecked()
 
 
 def test_a_recording_with_a_bad_camera_is_not_called_sound(window, qtbot, shared_recording):

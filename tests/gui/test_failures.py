@@ -2,6 +2,7 @@
 
 import csv
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -9,6 +10,12 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 
 from app.features.annotate.filling import retracking
+from app.session.changes import Part
+from app.session.remedies import Harm, Remedy, Tried
+from stereotrack_core.evaluation.failure_segments.reasons import Reason
+from stereotrack_core.study.description import Study, StudyRecording
+from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.tuning.remedy import Change
 from tests.gui.hands import frames_shown, trigger
 from tests.gui.made_runs import add_run
 
@@ -81,6 +88,9 @@ def test_enter_jumps_and_filters_list_others(reviewing, qtbot):
     panel.tree.setCurrentIndex(panel.tree.sorted.index(0, 0))
     QTest.keyClick(panel.tree, Qt.Key.Key_Return)
     assert reviewing.context.session.document.frame in (1, 2, 3)
+    assert "unavailable" not in reviewing.statusBar().currentMessage(), "the key was of use"
+    told = replace(panel.tree.cells.rows[0], reason=Reason("right", "", "The arms are near."))
+    assert panel.tree.cells._cells_of(told)[-1].text == "correct", "right could be a side"
     panel.filter.setText("head")
     settle(reviewing, qtbot)
     assert rows(reviewing) == []
@@ -119,6 +129,33 @@ def test_the_list_has_a_context_menu_and_is_saved_as_a_table(reviewing, tmp_path
     (cells,) = csv.DictReader(path.read_text().splitlines())
     assert (cells["frames"], cells["detected by"]) == ("1-3", "truth")
     assert float(cells["error [deg]"]) > 80.0
+
+
+def test_the_table_of_remedies_says_in_which_recording_of_the_study_they_harm(reviewing, qtbot):
+    session, panel = reviewing.context.session, reviewing.features.review.remedies.panel
+    run, (failure,) = session.runs.active, session.failures.listed
+    reviewing.context.docks.bring_up("remedies")
+    study = Study(
+        Path("walks.study.toml"), (StudyRecording("data/slow"), StudyRecording("data/fast"))
+    )
+    harms = Harm("data/slow", 0.2, " %"), Harm("data/fast", 4.25, "°")
+    remedy = Remedy(Change("iterations 2", preset("fast")), run, 12.0, 40.0, 0.0, harms)
+    unchecked = replace(remedy, change=Change("more", preset("fast")), gain=30.0, elsewhere=())
+    alone = Tried("remedy", run, failure, range(7), "°", 52.0, 2, 3, remedies=(remedy, unchecked))
+    shown = []
+    for tried in (alone, replace(alone, study=study, others=study.rows)):
+        session.remedies.tried = tried
+        session.changes.tell(Part.REMEDIES)
+        settle(reviewing, qtbot)
+        table = panel.table.cells
+        columns = range(table.columnCount())
+        shown.append([[table.cell(row, k).text for k in columns] for row in range(2)])
+    assert shown[0] == [["iterations 2", "12.0", "+40.0", "0.0"], ["more", "12.0", "+30.0", "0.0"]]
+    assert [row[4:] for row in shown[1]] == [["4.2°", "fast"], ["", ""]]
+    tip = table.cell(0, 4).tip
+    assert "data/slow: 0.2 %" in tip
+    assert "data/fast: 4.2°" in tip
+    assert "Study walks: 2 of 2 other recordings checked." in panel.words.text()
 
 
 def test_what_is_only_flagged_is_told_beside_the_threshold(reviewing, qtbot):

@@ -163,6 +163,18 @@ def test_space_presses_the_button_that_keys_have_gone_to_and_else_plays(opened, 
     document.pause()
 
 
+def test_no_button_has_the_focus_that_nobody_went_to(newly_opened, qtbot):
+    docks, document = newly_opened.context.docks, newly_opened.context.session.document
+    assert not isinstance(QApplication.focusWidget(), QAbstractButton)
+    QTest.keyClick(newly_opened.windowHandle(), Qt.Key.Key_Space)
+    assert document.playing, "the space bar plays, and opens no workspace"
+    document.pause()
+    docks.show_named("annotate")
+    newly_opened.features.annotate.clicking.body.with_depth.setFocus()
+    docks.show_named("review")
+    assert QApplication.focusWidget() is view(newly_opened, "N"), "the panel is hidden"
+
+
 def test_single_keys_mean_the_same_while_the_scene_has_the_focus(opened, qtbot):
     opened.context.docks.show_named("review")
     scene, document = opened.context.docks.scene, opened.context.session.document

@@ -16,7 +16,8 @@ def parent(shown) -> QWidget:
 
 
 def test_labels_show_plain_text_unless_they_say_so(parent, qtbot):
-    label, rich, message = QLabel(NAME, parent), QLabel(parent), MessageBar(parent)
+    label, rich, message = QLabel(NAME, parent), QLabel(parent), MessageBar()
+    message.setParent(parent)
     rich.setTextFormat(Qt.TextFormat.RichText)
     label.setProperty("role", "muted")
     message.show_message(Message("error", f"there is no view {NAME}"))

@@ -8,7 +8,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QFileDialog
 
 from app.features.calibrate.person import PersonDialog
-from app.features.project.importing.attaching import AttachDialog
+from app.features.project.importing.calibration_page import AttachDialog
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.calibrate import person as person_work
 from stereotrack_core.interop.calibrations.formats import write_foreign

@@ -83,8 +83,8 @@ def test_the_button_of_a_finding_corrects_its_file(window, qtbot, exchanged, tmp
     assert "recording.toml: Exchange the files of left and right in view N" in message.sentence()
     assert not (folder / "recording-before-1.toml").exists()
     pressed(qtbot, window.messages.do_button)
-    assert calibrate.checks.running
-    qtbot.waitUntil(lambda: not calibrate.checks.running, timeout=60_000)
+    assert calibrate.checks.job.busy
+    qtbot.waitUntil(lambda: not calibrate.checks.job.busy, timeout=60_000)
     qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
     assert (folder / "recording-before-1.toml").exists()
     assert open_folder(folder).view("N").left.frames == "N_right.mp4"
@@ -101,7 +101,7 @@ def test_the_button_beside_the_verdict_measures_the_images(opened, qtbot):
     assert button.text() == "Check thoroughly"
     assert button.isEnabled(), button.toolTip()
     QTest.mouseClick(button, Qt.MouseButton.LeftButton)
-    assert opened.features.calibrate.checks.running
+    assert opened.features.calibrate.checks.job.busy
     assert not opened.context.actions.action("check_thoroughly").isEnabled()
     qtbot.waitUntil(opened.context.tasks.settled, timeout=120_000)
     assert opened.context.session.document._measured is not None

@@ -7,7 +7,8 @@ from stereotrack_core.project.marks import use_camera
 from ...services.actions import Command, Menu
 from .panels import AnnotationPanels, click_cameras
 
-_MOST = 9  # views that have a switch
+CAMERA_COMMANDS = tuple(f"annotate-camera-{place}" for place in range(1, 10))
+"""A switch for each of the first nine views."""
 
 
 def camera_commands(p: AnnotationPanels) -> list[Command]:
@@ -35,9 +36,9 @@ def camera_commands(p: AnnotationPanels) -> list[Command]:
 
     command = Menu("&Annotate/&Cameras that count", p.no_edit).command
     return [
-        command(f"annotate-camera-{place + 1}", f"Use view {place + 1}", "Let the clicks of this "
+        command(name, f"Use view {place + 1}", "Let the clicks of this "
                 "view count in triangulation, fits, suggestions and exports. They stay in the "
                 "project.", partial(toggle, place), says=partial(says, place),
                 checked=partial(is_used, place), shown=partial(there, place))
-        for place in range(_MOST)
+        for place, name in enumerate(CAMERA_COMMANDS)
     ]  # fmt: skip

@@ -24,7 +24,7 @@ from ...services.docks import Workspace
 from ...session.session import Session, unless
 from ...widgets.forms.form_dialog import ask_for_number
 from ...widgets.forms.numbers import WholeNumberField
-from .cameras import camera_commands
+from .cameras import CAMERA_COMMANDS, camera_commands
 from .clicking.choosing import ADVANCES, Advance
 from .clicking.controller import ClickController
 from .dialogs import AnnotationDialogs
@@ -403,8 +403,8 @@ def register(context: Context) -> Annotate:
     predicting = PredictionWork(panels)
     dialogs = AnnotationDialogs(panels)
     context.docks.add("next", "Suggested clicks", panels.next_panel)
-    context.docks.add_above_timeline(panels.bar)
-    context.docks.add_below_views(panels.repeat_bar)
+    context.docks.timeline_column.insertWidget(0, panels.bar)
+    context.docks.below_views.addWidget(panels.repeat_bar)
     context.tasks.watch(panels.settled)
     clicked = ClickedFrames(context.session)
     personalising = Personalising(context, clicked, lambda: panels.reference.settings)
@@ -420,6 +420,7 @@ def register(context: Context) -> Annotate:
     context.actions.add(commands(context.session, clicking))
     add_commands(context.actions, panels, dialogs, predicting)
     context.actions.add([retrack_command(retracking), personal_command(personalising)])
+    clicking.body.cameras.add([context.actions.action(name) for name in CAMERA_COMMANDS])
     names = "annotate-detect", "annotate-personalise", "annotate-retrack"
     clicking.body.add_action_buttons([context.actions.action(name) for name in names])
     return Annotate(clicking, panels, predicting, personalising, dialogs, retracking)

@@ -423,6 +423,7 @@ class AnnotationPanels:
             return
         self.repeats.begin(None)
         self._tell_repeat()
+        self.say("Both passes are kept. Agreement … under Quality check compares them.")
         back, self._back_to = self._back_to, None
         if back is not None:
             self.context.session.document.visit(back)

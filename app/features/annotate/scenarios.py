@@ -1,5 +1,7 @@
 """Stretches of frames that are kept under a name, over which results are compared."""
 
+from PySide6.QtWidgets import QComboBox
+
 from stereotrack_core.counting import frames_in_words
 from stereotrack_core.project.entries import delete_entry
 from stereotrack_core.project.scenarios import keep_scenario
@@ -34,6 +36,7 @@ def scenario_commands(p: AnnotationPanels, menu: str) -> list[Command]:
         dialog = ask_for_text(p.window, "Name stretch", words, use)
         dialog.setComboBoxItems(["", *names()])
         dialog.setComboBoxEditable(True)
+        dialog.findChildren(QComboBox)[0].setFocus()
 
     def ask_what_to_forget() -> None:
         use = lambda name: p.edit_selection(lambda *_: delete_entry(SCENARIO, name))  # noqa: E731

@@ -38,11 +38,12 @@ class CalibrationController:
 
     def __init__(self, context: Context) -> None:
         self._context, self.changes = context, context.session.changes
+        self.close_page = context.docks.close_alone
         self.state = Calibration()
         self.picture: ReadPicture | None = None
-        read = PictureReader()
+        title = "read a picture of the board"
         self.reading = LatestOnly(
-            context.tasks, read, "read a picture of the board", self._on_read, lambda *_: None
+            context.tasks, PictureReader(), title, self._on_read, lambda *_: None
         )
         self.job = NewestJob(context.tasks)
         self.changes.watch(RECORDING, self._on_recording)
@@ -53,8 +54,6 @@ class CalibrationController:
         state = self.state
         made = state.lenses is not None or state.world is not None
         return "a calibration that is not saved" if made and not state.saved else ""
-
-    # ---- what is chosen
 
     def show(self, step: str) -> None:
         if step in STEPS and not self.state.why_not(step):
@@ -89,10 +88,9 @@ class CalibrationController:
             self._context.notifier.say(f"{name!r} is taken already, or no name. Enter another one.")
             self.changes.tell(Part.CALIBRATION)
             return
-        named = {
-            one: replace(one, camera=name) for one in self.state.sources if one.camera == camera
-        }
-        self._begin_anew(sources=tuple(named.get(one, one) for one in self.state.sources))
+        sources = self.state.sources
+        renamed = (replace(one, camera=name) if one.camera == camera else one for one in sources)
+        self._begin_anew(sources=tuple(renamed))
 
     def set_board(self, board: Board | None, problem: str = "") -> None:
         """Take the board that is written in the fields, or the reason why it is none."""
@@ -131,8 +129,6 @@ class CalibrationController:
         self.picture = picture
         self.changes.tell(Part.CALIBRATION)
 
-    # ---- what is calculated
-
     def why_not_calculate(self) -> str:
         if self.state.busy is not None:
             return "A calculation is running. Stop it first."
@@ -142,19 +138,17 @@ class CalibrationController:
 
     def calculate(self) -> None:
         state = self.state
-        match state.step:
-            case "pictures":
-                self._put(state.with_input())
-                todo = partial(work.find_board_in, state.sources, state.board, state.every)
-                self.begin("pictures", todo, self._on_found)
-            case "lenses":
-                seen = state.sightings, state.found_board, state.model
-                lenses = partial(work.fit_lenses, *seen)
-                self.begin("lenses", lenses, lambda found: self.change(lenses=state.made(found)))
-            case "world":
-                seen = state.sightings, state.found_board, state.model
-                world = partial(work.fit_world, *seen)
-                self.begin("world", world, lambda found: self._on_world(state.made(found)))
+        seen = state.sightings, state.found_board, state.model
+        if state.step == "pictures":
+            self._put(state.with_input())
+            todo = partial(work.find_board_in, state.sources, state.board, state.every)
+            self.begin("pictures", todo, self._on_found)
+        elif state.step == "lenses":
+            lenses = partial(work.fit_lenses, *seen)
+            self.begin("lenses", lenses, lambda found: self.change(lenses=state.made(found)))
+        elif state.step == "world":
+            world = partial(work.fit_world, *seen)
+            self.begin("world", world, lambda found: self._on_world(state.made(found)))
 
     def why_no_next(self) -> str:
         if self.state.busy is not None:
@@ -204,8 +198,6 @@ class CalibrationController:
             self.job.give_up()
             self.change(busy=None)
 
-    # ---- the world
-
     def choose_way(self, way: AxesWay) -> None:
         frames, board_frame = self.state.board_frames, self.state.axes.board_frame
         if way == "board" and board_frame not in frames:
@@ -232,32 +224,22 @@ class CalibrationController:
         self.change(world=made, axes=axes, saved="", saved_into=None)
 
     def save(self, path: Path) -> None:
-
-        def write() -> None:
-            target = path if path.suffix else path.with_suffix(".toml")
-            write_calibration(target, checked(self.state))
+        target = path if path.suffix else path.with_suffix(".toml")
+        if self._context.notifier.attempt(lambda: write_calibration(target, checked(self.state))):
             self.change(saved=f"Saved: {path.name}.")
-
-        self._context.notifier.attempt(write)
 
     def save_into_recording(self) -> None:
         """Replace the calibration of the open recording, and open it again."""
-        state = self.state
-        if state.recording is None or why_not_into(state):
-            return
+        state, session = self.state, self._context.session
         recording = state.recording
+        if recording is None or why_not_into(state):
+            return
 
         def write() -> None:
-            session, what = self._context.session, f"Saved into {recording.name}"
-            said = replace_cameras(session, checked(state), what).sentence()
-            self.change(saved=said, saved_into=recording.folder)
+            said = replace_cameras(session, checked(state), f"Saved into {recording.name}")
+            self.change(saved=said.sentence(), saved_into=recording.folder)
 
         self._context.notifier.attempt(write)
-
-    def close_page(self) -> None:
-        self._context.docks.close_alone()
-
-    # ---- the session
 
     def _on_recording(self) -> None:
         recording = self._context.session.document.recording

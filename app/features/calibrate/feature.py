@@ -8,8 +8,6 @@ from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from PySide6.QtWidgets import QWidget
-
 from stereotrack_core.doctor.correcting import Corrected, correct_elsewhere, intended
 from stereotrack_core.doctor.diagnose import diagnose_elsewhere
 from stereotrack_core.errors import Finding
@@ -23,7 +21,7 @@ from ...session.changes import RECORDING, Part
 from ...session.jobs import Job, NewestJob, Task
 from ...session.messages import Message
 from ...session.replacing import open_again
-from ...widgets.style.building import vbox
+from ...widgets.style.building import holder, named, vbox
 from ...widgets.tables.panels import FindingsPanel
 from .controller import CalibrationController
 from .person import PersonCalibrator
@@ -51,23 +49,18 @@ class RecordingChecks:
 
     def __init__(self, context: Context) -> None:
         self._context, self._document = context, context.session.document
-        self._process = TaskProcess()
-        self._job = NewestJob(context.tasks)
+        self._process, self.job = TaskProcess(), NewestJob(context.tasks)
         self._asked: Message | None = None
         watch = context.session.changes.watch
-        watch(Part.RECORDING_CLOSED, self._job.cancel)
+        watch(Part.RECORDING_CLOSED, self.job.cancel)
         watch(Part.WINDOW_CLOSING, self._process.close)
-
-    @property
-    def running(self) -> bool:
-        return self._job.busy
 
     def why_not_measure(self) -> str:
         if self._document.recording is None:
             return self._context.session.no_recording()
         if self._document.recording.guessed:
             return "The cameras are guessed, so their images cannot be compared."
-        return "It is under way." if self.running else ""
+        return "It is under way." if self.job.busy else ""
 
     def measure(self) -> None:
         recording = self._document.recording
@@ -90,7 +83,7 @@ class RecordingChecks:
         def show() -> None:
             if self._asked is not None:
                 notifier.take_back(self._asked)
-            if self.running:
+            if self.job.busy:
                 self._asked = Message("warning", "The recording is being checked already.")
             else:
                 words, do = intended(folder, correction), partial(self._correct, folder, finding)
@@ -101,7 +94,7 @@ class RecordingChecks:
 
     def _correct(self, folder: Path, finding: Finding) -> None:
         recording = self._document.recording
-        if recording is not None and recording.folder == folder and not self.running:
+        if recording is not None and recording.folder == folder and not self.job.busy:
             work = partial(correct_elsewhere, folder, finding)
             self._begin("testing a correction", work, self._on_corrected)
 
@@ -110,7 +103,7 @@ class RecordingChecks:
             hear = partial(task.report, 0.0)
             return self._process(work, hear, task.token.cancelled, listens=False)
 
-        self._job.run(Job(title, in_process, done))
+        self.job.run(Job(title, in_process, done))
 
     def _on_corrected(self, done: Corrected) -> None:
         recording = self._document.recording
@@ -162,18 +155,16 @@ class CalibrateController:
         self.calibration = CalibrationController(context)
         self.checks, self.person = RecordingChecks(context), PersonCalibrator(context)
         self.findings = FindingsPanel(self.checks.ask)
-        self._column, place = vbox(), QWidget()
-        place.setAccessibleName("Calibration")
-        place.setLayout(self._column)
-        context.docks.add_page("calibration", place)
+        self._column = vbox()
+        context.docks.add_page("calibration", named(holder(self._column), "Calibration"))
         self._dock = context.docks.add("findings", _FINDINGS, self.findings)
         self._told: Message | None = None
         self._told_cameras: tuple[str, ...] = ()
-        known = RECORDING | Part.FINDINGS | Part.DOUBTS
-        context.session.changes.watch(known, self._show_findings)
-        context.session.changes.watch(Part.DOUBTS, self._on_cameras)
-        context.session.changes.watch(Part.WORKSPACE, self._on_workspace)
-        context.session.changes.watch(Part.READY, self._on_ready)
+        watch = context.session.changes.watch
+        watch(RECORDING | Part.FINDINGS | Part.DOUBTS, self._show_findings)
+        watch(Part.DOUBTS, self._on_cameras)
+        watch(Part.WORKSPACE, self._on_workspace)
+        watch(Part.READY, self._on_ready)
 
     @cached_property
     def page(self) -> CalibrationPage:

@@ -1,10 +1,8 @@
 """The page of the calibration: steps, verdict, what a step shows, and a picture or the scene."""
 
-from collections.abc import Sequence
-
 import numpy as np
 from PySide6.QtCore import QSignalBlocker, Qt
-from PySide6.QtWidgets import QSplitter, QStackedWidget, QTabWidget, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QStackedWidget, QTabWidget, QWidget
 
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.calibrate.align import Alignment
@@ -17,7 +15,6 @@ from stereotrack_core.tables import Table, number
 from ...session.changes import Part
 from ...widgets.camera.board_picture import ENLARGED, BoardPicture, BoardShot
 from ...widgets.forms.form_dialog import push_button
-from ...widgets.forms.step_list import StepList, StepShown, VerdictBox
 from ...widgets.scene.content import SceneContent
 from ...widgets.scene.scene_view import SceneView
 from ...widgets.style.building import (
@@ -25,9 +22,12 @@ from ...widgets.style.building import (
     allow,
     choice,
     hbox,
+    holder,
     label,
     label_of,
+    named,
     scrolled,
+    splitter,
     thin_progress,
     vbox,
 )
@@ -35,71 +35,13 @@ from ...widgets.tables.table import RIGHT, STRETCH, Cell, Column, PlainTable
 from ...widgets.tables.trees import CellTree, TreeRow
 from .controller import CalibrationController
 from .pages import AxesPage, BoardPage
-from .state import DOING, STEPS, Calibration, ReadPicture, StepName
+from .state import STEPS, Calibration, ReadPicture, StepName
+from .steps import StepList, VerdictBox
 
 _MOST_EMPTY = 200
 """Pictures without a board that are listed for a camera; of long videos only those with one are."""
 _BAD, _BAD_PX = 2.0, 0.3  # times the usual error, and pixels, from which a picture is marked
 _MOST_BOARDS = 150
-
-
-def steps_shown(state: Calibration) -> list[StepShown]:
-    """All steps with their ticks."""
-    return [
-        StepShown(name, title, state.is_done(name), state.is_stale(name), state.why_not(name))
-        for name, title in STEPS.items()
-    ]
-
-
-_HINTS: dict[StepName, tuple[str, tuple[str, ...]]] = {
-    "board": (
-        "Choose the pictures of each camera, and describe the board.",
-        (
-            "Film 15 to 30 positions for each camera, sharp, tilted by 30 to 45 degrees to all "
-            "sides, near and far, and into every corner of the image.",
-            "For several cameras, carry the board to where two of them see it at the same time. "
-            "Picture k of all cameras must show the same instant.",
-        ),
-    ),
-    "pictures": (
-        "Find the board in the pictures.",
-        ("Other descriptions of the board are tried too, and the one that fits is taken.",),
-    ),
-    "lenses": (
-        "Calculate the lenses.",
-        ("Each camera is calibrated from its own pictures; all lens models are tried.",),
-    ),
-    "world": (
-        "Place all cameras in one world.",
-        ("All cameras and all boards are adjusted together.",),
-    ),
-    "axes": ("Choose where up, north and the origin are, and save the calibration.", ()),
-}
-_STALE = "Other pictures are ticked now, or another lens model is chosen: calculate again."
-_COLOURS = {"good": "good", "doubtful": "warning", "bad": "error"}
-
-
-def verdict_shown(state: Calibration) -> tuple[str, Sequence[str], str]:
-    """Sentence, remarks and colour of the step that is shown."""
-    if state.busy == state.step:
-        return f"{DOING[state.step]} …", (), "accent"
-    if state.step == "axes" and state.saved:
-        return state.saved, (), "good"
-    found = state.verdict(state.step)
-    if found is None:
-        return *_HINTS[state.step], "muted"
-    remarks = [_STALE] if state.is_stale(state.step) else []
-    return found.words, [*remarks, *found.remarks], _COLOURS[found.grade]
-
-
-# ---- pictures
-
-
-def camera_rows(state: Calibration) -> list[TreeRow]:
-    """The pictures of all cameras with their ticks and errors."""
-    if state.found is None:
-        return []
-    return [_rows_of(state, one) for one in state.found.sightings]
 
 
 def _rows_of(state: Calibration, seen: Sightings) -> TreeRow:
@@ -166,9 +108,6 @@ def coverage_shown(state: Calibration) -> BoardShot | None:
     return BoardShot(title, fit.sightings.size, corners, cells=coverage.cells)
 
 
-# ---- tables and scene
-
-
 def short_lens_table(state: Calibration) -> Table | None:
     """Errors of the lenses, without what does not help to judge them."""
     if not state.fits:
@@ -225,7 +164,8 @@ class PicturesPage(CellTree):
         self.setAlternatingRowColors(True)
 
     def show_state(self, state: Calibration) -> None:
-        self.show_rows(camera_rows(state))
+        seen = state.found.sightings if state.found is not None else ()
+        self.show_rows([_rows_of(state, one) for one in seen])
         if state.shot is not None and state.busy != "pictures":
             with QSignalBlocker(self):
                 self.choose(state.shot)
@@ -240,10 +180,10 @@ class LensesPage(QWidget):
         self.table = PlainTable("Lenses", choose=self._on_camera)
         self.tree = PicturesPage(calibration)
         models = [("auto", "automatic"), *((name, name) for name in LENS_MODELS)]
-        self.model = choice("Lens model", models, _ABOUT_MODEL)
-        self.model.activated.connect(
-            lambda: calibration.change(model=self.model.currentData(), saved="")
-        )
+        self.model = choice(
+            "Lens model", models, _ABOUT_MODEL,
+            lambda model: calibration.change(model=model, saved=""),
+        )  # fmt: skip
         row = hbox(label_of(self.model, "Lens model"), self.model, None)
         self.setLayout(vbox(row, self.table, (self.tree, 1)))
 
@@ -265,10 +205,8 @@ class WorldPage(QWidget):
         super().__init__()
         self.cameras, self.whole = PlainTable("Cameras"), PlainTable("All together", most=24)
         self.tree = PicturesPage(calibration)
-        errors = QWidget()
-        errors.setLayout(vbox(self.cameras, self.whole, None, margins=(0, 6, 0, 0)))
-        self.tabs = QTabWidget()
-        self.tabs.setDocumentMode(True)
+        errors = holder(vbox(self.cameras, self.whole, None, margins=(0, 6, 0, 0)))
+        self.tabs = QTabWidget(documentMode=True)
         self.tabs.addTab(scrolled(errors, "Errors of the cameras"), "Cameras")
         self.tabs.addTab(self.tree, "Pictures")
         self.setLayout(vbox((self.tabs, 1)))
@@ -296,8 +234,7 @@ class CalibrationPage(QWidget):
         super().__init__()
         self._calibration = calibration
         self._world: object = None
-        self.steps = StepList("Steps of the calibration", calibration.show)
-        self.verdict = VerdictBox()
+        self.steps, self.verdict = StepList(calibration.show), VerdictBox()
         self.picture = BoardPicture(
             "Picture of the board",
             "Green: corners that were found, in their order. Orange: their errors, "
@@ -325,25 +262,14 @@ class CalibrationPage(QWidget):
 
     def _lay_out(self) -> None:
         self.middle, self.side = QStackedWidget(), QStackedWidget()
-        self._places: dict[StepName, QWidget] = {
-            name: scrolled(page, f"{STEPS[name]}, step of the calibration")
-            if name in _SCROLLED
-            else page
-            for name, page in self.pages.items()
-        }
-        for place in self._places.values():
-            self.middle.addWidget(place)
-        self._pictures = QSplitter(Qt.Orientation.Vertical)
-        for part, stretch in ((self.picture, 3), (self.coverage, 2)):
-            self._pictures.addWidget(part)
-            self._pictures.setStretchFactor(self._pictures.indexOf(part), stretch)
+        for name, page in self.pages.items():
+            scrolls = name in _SCROLLED
+            title = f"{STEPS[name]}, step of the calibration"
+            self.middle.addWidget(scrolled(page, title) if scrolls else page)
+        self._pictures = splitter(Qt.Orientation.Vertical, (self.picture, 3), (self.coverage, 2))
         self.side.addWidget(self._pictures)
         self.side.addWidget(self.scene)
-        both = QSplitter(Qt.Orientation.Horizontal)
-        for stack in (self.middle, self.side):
-            both.addWidget(stack)
-            both.setStretchFactor(both.indexOf(stack), 1)
-        both.setChildrenCollapsible(False)
+        both = splitter(Qt.Orientation.Horizontal, (self.middle, 1), (self.side, 1))
         both.setSizes([640, 480])
         right = vbox(self.verdict, (both, 1), self._bar(), spacing=8)
         close, tip = self._calibration.close_page, "Back to the welcome page"
@@ -351,26 +277,21 @@ class CalibrationPage(QWidget):
         left = vbox(label("Calibration", "heading"), self.steps, None, self.close_button, spacing=8)
         self.setLayout(hbox(left, (right, 1), margins=(10, 8, 10, 8), spacing=10))
 
-    def _bar(self) -> QWidget:
+    def _bar(self) -> QHBoxLayout:
         self.do_button = push_button("", self._calibration.calculate)
         self.next_button = push_button("", self._calibration.go_on)
         self.stop_button = push_button("Stop", self._calibration.cancel, "Stop the calculation")
-        self.said, self.progress = ElidedLabel(), thin_progress()
-        self.progress.setAccessibleName("Progress of the calibration")
-        bar = QWidget()
+        self.said = ElidedLabel()
+        self.progress = named(thin_progress(), "Progress of the calibration")
         middle = vbox(self.said, self.progress, spacing=2)
-        bar.setLayout(hbox(self.do_button, (middle, 1), self.stop_button, self.next_button))
-        return bar
-
-    # ---- following
+        return hbox(self.do_button, (middle, 1), self.stop_button, self.next_button)
 
     def show_state(self) -> None:
         state, calibration = self._calibration.state, self._calibration
-        self.steps.show_steps(steps_shown(state), state.step)
-        self.verdict.show_verdict(*verdict_shown(state))
-        page = self.pages[state.step]
-        page.show_state(state)
-        self.middle.setCurrentWidget(self._places[state.step])
+        self.steps.show_state(state)
+        self.verdict.show_state(state)
+        self.pages[state.step].show_state(state)
+        self.middle.setCurrentIndex(list(STEPS).index(state.step))
         self._show_side(state)
         self.close_button.setVisible(state.recording is None)
         do, again = _DO.get(state.step, ("", ""))
@@ -382,10 +303,8 @@ class CalibrationPage(QWidget):
         self.next_button.setVisible(state.step != "axes")
         self.next_button.setText("Next" if step is None else f"Next: {STEPS[step].lower()}")
         allow(self.next_button, calibration.why_no_next(), "Go to the next step")
-        busy = state.busy is not None
-        self.stop_button.setVisible(busy)
-        for widget in (self.said, self.progress):
-            widget.setVisible(busy)
+        for widget in (self.stop_button, self.said, self.progress):
+            widget.setVisible(state.busy is not None)
 
     def _show_side(self, state: Calibration) -> None:
         in_space = state.step in ("world", "axes") and bool(state.base)

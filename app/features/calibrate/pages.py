@@ -30,7 +30,7 @@ from ...widgets.forms.form_dialog import (
     say_in,
 )
 from ...widgets.forms.numbers import NumberField, WholeNumberField
-from ...widgets.style.building import allow, choice, hbox, label, label_of, vbox
+from ...widgets.style.building import allow, choice, hbox, holder, label, label_of, vbox
 from ...widgets.tables.table import STRETCH, Cell, Column, PlainTable
 from ...widgets.tables.trees import CellTree, TreeRow
 from .controller import CalibrationController
@@ -77,15 +77,11 @@ class BoardPage(QWidget):
         if state.recording is not None:
             self.recording_button.setText(f"Cameras of “{state.recording.name}”")
         self.remove_button.setEnabled(bool(state.sources))
-        if state.board_problem:
-            say_in(self.problem, state.board_problem, error=True)
-        else:
-            say_in(self.problem, "")
+        say_in(self.problem, state.board_problem, error=bool(state.board_problem))
+        if not state.board_problem:
             self._write(state.board)
         with QSignalBlocker(self.every):
             self.every.setValue(state.every)
-
-    # ---- making
 
     def _pictures(self) -> QGroupBox:
         box = QGroupBox("Pictures of the board")
@@ -127,10 +123,11 @@ class BoardPage(QWidget):
     def _board(self) -> QGroupBox:
         self.kind = choice("Kind of board", _KINDS, "ChArUco boards have markers in their squares")
         self.columns, self.rows = (
-            WholeNumberField(minimum=3, maximum=100, value=value) for value in (9, 6)
+            WholeNumberField(
+                minimum=3, maximum=100, value=value, accessibleName=f"{what} of the board"
+            )
+            for what, value in (("Columns", 9), ("Rows", 6))
         )
-        self.columns.setAccessibleName("Columns of the board")
-        self.rows.setAccessibleName("Rows of the board")
         self.square = _millimetres("Side of a square", "Measure it over the whole board")
         self.dictionary = choice("Dictionary", [(one, one) for one in DICTIONARIES],
                                  "Set of markers, by its name in OpenCV")  # fmt: skip
@@ -152,8 +149,6 @@ class BoardPage(QWidget):
             field.setKeyboardTracking(False)
             field.valueChanged.connect(self._on_board)
         return box
-
-    # ---- the board
 
     def _write(self, board: Board) -> None:
         fields = (self.kind, self.columns, self.rows, self.square, self.dictionary, self.marker)
@@ -194,8 +189,6 @@ class BoardPage(QWidget):
                                         f"{error.remedy}")  # fmt: skip
             return
         self._calibration.set_board(board)
-
-    # ---- the pictures
 
     def _start(self) -> Path:
         sources = self._calibration.state.sources
@@ -262,7 +255,7 @@ class AxesPage(QWidget):
             "Save into the &recording", calibration.save_into_recording,
             "Replace the calibration of the open recording; the one before is kept beside it",
         )  # fmt: skip
-        self.choices, group, column = QWidget(), QButtonGroup(self), vbox(spacing=6)
+        group, column = QButtonGroup(self), vbox(spacing=6)
         for way, (title, about) in _WAYS.items():
             button = self.ways[way] = QRadioButton(title)
             group.addButton(button)
@@ -272,17 +265,17 @@ class AxesPage(QWidget):
             column.addWidget(self.about[way])
             if fields := self.fields.get(way):
                 column.addWidget(fields)
-        self.choices.setLayout(column)
+        self.choices = holder(column)
         buttons = hbox(self.file_button, self.into_button, None)
         told = (self.places, self.words, self.another_world)
         self.setLayout(vbox(self.choices, *told, buttons, self.why_not, None, spacing=10))
 
     def _board_fields(self) -> QWidget:
-        box = choice("Position of the board on the floor", (), "Position of the board")
-        box.activated.connect(lambda: self._calibration.turn(board_frame=int(box.currentData())))
-        self.board_frame, fields = box, QWidget()
-        fields.setLayout(hbox(label_of(box, "Position"), box, None, margins=_INDENT))
-        return fields
+        box = self.board_frame = choice(
+            "Position of the board on the floor", (), "Position of the board",
+            lambda frame: self._calibration.turn(board_frame=frame),
+        )  # fmt: skip
+        return holder(hbox(label_of(box, "Position"), box, None, margins=_INDENT))
 
     def _floor_fields(self) -> QWidget:
         self.frame = WholeNumberField(
@@ -291,19 +284,12 @@ class AxesPage(QWidget):
         )  # fmt: skip
         self.frame.changed.connect(lambda frame: self._calibration.turn(frame=frame))
         north = self.north = choice(
-            "Camera in the north", (), "The camera that stands in the north"
-        )
-        north.activated.connect(lambda: self._calibration.turn(north=str(north.currentData())))
-        fields = QWidget()
-        fields.setLayout(
-            hbox(
-                label_of(self.frame, "Frame"), self.frame, label_of(north, "In the north"), north,
-                None, margins=_INDENT,
-            )
+            "Camera in the north", (), "The camera that stands in the north",
+            lambda name: self._calibration.turn(north=name),
         )  # fmt: skip
-        return fields
-
-    # ---- showing
+        frame = (label_of(self.frame, "Frame"), self.frame)
+        named = (label_of(north, "In the north"), north)
+        return holder(hbox(*frame, *named, None, margins=_INDENT))
 
     def show_state(self, state: Calibration) -> None:
         self.choices.setVisible(bool(state.base))
@@ -315,9 +301,14 @@ class AxesPage(QWidget):
             allow(button, _why_no_way(way, state))
         for way, fields in self.fields.items():
             fields.setVisible(way == state.axes.way)
-        self.ways["recording"].setVisible(not state.of_recording)
-        self.about["recording"].setVisible(not state.of_recording)
-        self._show_fields(state)
+        for part in (self.ways["recording"], self.about["recording"]):
+            part.setVisible(not state.of_recording)
+        boards = {frame: f"picture {frame}" for frame in state.board_frames}
+        _fill(self.board_frame, boards, state.axes.board_frame)
+        cameras = {"": "that of the first view", **{name: name for name in state.recorded}}
+        _fill(self.north, cameras, state.axes.north)
+        with QSignalBlocker(self.frame):
+            self.frame.setValue(state.axes.frame)
         turned = isinstance(state.alignment, Alignment)
         self.places.show_table(place_table(state.base, state.cameras) if turned else None)
         self.words.setText(_about(state))
@@ -328,15 +319,6 @@ class AxesPage(QWidget):
         self.into_button.setEnabled(not why_not)
         self.why_not.setVisible(there and bool(why_not))
         self.why_not.setText(f"It cannot be saved into the recording. {why_not}")
-
-    def _show_fields(self, state: Calibration) -> None:
-        axes = state.axes
-        boards = {frame: f"picture {frame}" for frame in state.board_frames}
-        _fill(self.board_frame, boards, axes.board_frame)
-        cameras = {"": "that of the first view", **{name: name for name in state.recorded}}
-        _fill(self.north, cameras, axes.north)
-        with QSignalBlocker(self.frame):
-            self.frame.setValue(axes.frame)
 
     def ask(self) -> None:
         state, start = self._calibration.state, Path.home()

@@ -47,11 +47,10 @@ class PersonDialog(FormDialog):
         for name, field in (*rows, ("F&ocal length, 0: find it", self.focal)):
             field.setAccessibleName(name.replace("&", ""))
             form.addRow(name, field)
-        for changed in (
-            self.length.valueChanged, self.focal.valueChanged,
-            *(box.currentIndexChanged for box in self.ends),
-        ):  # fmt: skip
-            changed.connect(self._forget)
+        for number in (self.length, self.focal):
+            number.valueChanged.connect(self._forget)
+        for box in self.ends:
+            box.currentIndexChanged.connect(self._forget)
         self.finished.connect(self._job.give_up)
         self.lay_out(label(_ABOUT), form, None, size=(460, 340))
 
@@ -104,7 +103,6 @@ class PersonCalibrator:
         context.session.changes.watch(PROJECT | RECORDING, self._close)
 
     def why_not(self) -> str:
-        """Why it cannot be asked for."""
         recording = self._session.document.recording
         if recording is None or self._session.no_project():
             return self._session.no_project()

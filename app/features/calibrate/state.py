@@ -93,8 +93,6 @@ class Calibration:
     shot: Shot | None = None
     recording: Recording | None = None
 
-    # ---- what follows
-
     @cached_property
     def sightings(self) -> tuple[Sightings, ...]:
         if self.found is None:
@@ -169,12 +167,12 @@ class Calibration:
     def _turned(self) -> Alignment:
         if self.axes.way == "board":
             return self._turned_by_board()
-        if self.axes.way == "floor" and self.axes.floor is None:
+        if self.axes.way == "floor":
+            if self.axes.floor is not None:
+                return self.axes.floor
             what = "no floor is found in the depth of the recording"
             remedy = "Choose another way, or a frame in which much of the floor is seen."
             raise InputError(what, where="axes", remedy=remedy)
-        if self.axes.way == "floor" and self.axes.floor is not None:
-            return self.axes.floor
         if self.recording is None:
             remedy = "Open the recording of these cameras."
             raise InputError("no recording is open", where="axes", remedy=remedy)
@@ -227,8 +225,6 @@ class Calibration:
     def is_current(self, made: Made[Any] | None) -> bool:
         return made is not None and (made.model, made.unticked) == (self.model, self.unticked)
 
-    # ---- steps
-
     def is_done(self, step: StepName) -> bool:
         match step:
             case "board":
@@ -250,14 +246,10 @@ class Calibration:
     def why_not(self, step: StepName) -> str:
         if self.of_recording and step == "axes":
             return ""
-        order = list(STEPS)
-        needed: dict[StepName, str] = {
-            "board": self.board_problem or "Choose the pictures of a camera first.",
-            "pictures": "Find the board in the pictures first.",
-        }
-        for earlier, words in needed.items():
-            if order.index(step) > order.index(earlier) and not self.is_done(earlier):
-                return words
+        if step != "board" and not self.is_done("board"):
+            return self.board_problem or "Choose the pictures of a camera first."
+        if step not in ("board", "pictures") and not self.is_done("pictures"):
+            return "Find the board in the pictures first."
         if step == "axes" and self.alone:
             return "" if self.fits else "Calculate the lens first."
         return self._why_no_world(step) if step in ("world", "axes") else ""
@@ -299,15 +291,10 @@ class Calibration:
             return report.of_world(self.world.result)
         return report.of_lenses(self.fits) if step == "axes" and self.fits else None
 
-    # ---- changes
-
     def with_input(self, **changed: Any) -> Calibration:
         """The same with other pictures or another board, of which nothing is known yet."""
-        fresh = replace(
-            self, unticked=frozenset(), found=None, lenses=None, world=None, saved_into=None,
-            saved="", problem=None, busy=None,
-        )  # fmt: skip
-        return replace(fresh, **changed)
+        unknown = dict.fromkeys(("found", "lenses", "world", "saved_into", "problem", "busy"))
+        return replace(self, **{**unknown, "unticked": frozenset(), "saved": "", **changed})
 
 
 def checked(state: Calibration) -> Mapping[str, Camera]:
@@ -366,15 +353,11 @@ class PictureReader:
     def __call__(self, wanted: tuple[Source, int]) -> ReadPicture:
         source, frame = wanted
         try:
-            pictures = self._opened(source)
-            image = pictures.read(frame)
+            if self._pictures is None or source != self._source:
+                if self._pictures is not None:
+                    self._pictures.close()
+                self._source, self._pictures = source, source.open()
+            image = self._pictures.read(frame)
         except (InputError, DamagedFrame) as problem:
             return ReadPicture(source, frame, f"picture {frame}", None, str(problem))
-        return ReadPicture(source, frame, pictures.name(frame), image)
-
-    def _opened(self, source: Source) -> Pictures:
-        if self._pictures is None or source != self._source:
-            if self._pictures is not None:
-                self._pictures.close()
-            self._source, self._pictures = source, source.open()
-        return self._pictures
+        return ReadPicture(source, frame, self._pictures.name(frame), image)

@@ -76,7 +76,7 @@ class InspectController:
         context.docks.add("inside", "Inspect step", self.panel)
         self.bar = StateBar("Inspect step", "Close", "Stop inspecting and show the run again")
         self.bar.button.clicked.connect(self._state.leave)
-        context.docks.add_below_views(self.bar)
+        context.docks.below_views.addWidget(self.bar)
         self._drawn: object = None
         context.show(Part.INSPECTION, self._show)
 

@@ -3,7 +3,6 @@
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QUrl
 from PySide6.QtGui import QDesktopServices
@@ -33,10 +32,7 @@ from ...widgets.forms.form_dialog import (
     ask_to_open,
     ask_to_save,
 )
-from .importing import ImportController, ask_to_attach
-
-if TYPE_CHECKING:
-    from stereotrack_core.report.reported import Source
+from .importing import ImportController
 
 
 class FileController:
@@ -52,10 +48,6 @@ class FileController:
         changes.hear(Part.RUN_ALONE, self._ask_where_recording_is)
         changes.watch(Part.RECENT, self._list_recents)
         self.recents = tuple(self._session.recents())
-
-    def ask_for_recording(self) -> None:
-        parent, session = self._context.docks.dialog_parent, self._session
-        ask_for_folder(parent, "Open a recording folder", session.recent_folder(), session.open)
 
     def close_recording(self) -> None:
         def close() -> None:
@@ -91,8 +83,6 @@ class FileController:
         if place < len(self.recents):
             self._session.open(self.recents[place])
 
-    # ---- runs
-
     def _ask_where_recording_is(self, path: Path) -> None:
         parent, session = self._context.docks.dialog_parent, self._session
         title, start = f"Where is the recording of {path.name}?", path.parent
@@ -101,10 +91,6 @@ class FileController:
         remedy = "Choose its folder to see the run over its images."
         message = Message("warning", what, path.name, remedy, "Choose folder …", ask)
         self._context.notifier.show(message)
-
-    def ask_for_run(self) -> None:
-        parent, use = self._context.docks.dialog_parent, self._session.open
-        ask_to_open(parent, "Open a run", "", "Run (*.npz *.part)", use)
 
     def open_run(self, path: Path) -> None:
         try:
@@ -192,13 +178,22 @@ class ReportController:
     def make(self, path: Path) -> None:
         from stereotrack_core.report import pages, reported
 
-        source = self._source()
-        if source is None or self.job.busy:
+        entry, recording = self._session.runs.active, self._session.document.recording
+        run, truth = None if entry is None else entry.run(), self._session.judging.truth
+        if entry is None or recording is None or run is None or self.job.busy:
             return
+        file = entry.path
+        source = reported.Source(
+            name=entry.name, run=run,
+            recording=replace(recording, segments=self._session.segments()),
+            reference=None if truth is None else truth.trajectory,
+            reference_name="" if truth is None else truth.words,
+            states=None if truth is None else truth.reference,
+            repeat="" if file is None else pages.repeat_command(recording.folder.name, str(file)),
+        )  # fmt: skip
 
         def work(task: Task) -> None:
-            found = reported.gathered(source, task.work)
-            pages.write_page(path, found)
+            pages.write_page(path, reported.gathered(source, task.work))
 
         def show() -> None:
             QDesktopServices.openUrl(QUrl.fromLocalFile(str(path)))
@@ -208,24 +203,6 @@ class ReportController:
             self._context.notifier.show(message)
 
         self.job.run(Job("Writing report", work, done), promised=True)
-
-    def _source(self) -> "Source | None":
-        """The active run and what it is measured against; None where it cannot be put together."""
-        from stereotrack_core.report import pages, reported
-
-        entry, recording = self._session.runs.active, self._session.document.recording
-        run = None if entry is None else entry.run()
-        if entry is None or recording is None or run is None:
-            return None
-        truth, file = self._session.judging.truth, entry.path
-        return reported.Source(
-            name=entry.name, run=run,
-            recording=replace(recording, segments=self._session.segments()),
-            reference=None if truth is None else truth.trajectory,
-            reference_name="" if truth is None else truth.words,
-            states=None if truth is None else truth.reference,
-            repeat="" if file is None else pages.repeat_command(recording.folder.name, str(file)),
-        )  # fmt: skip
 
 
 _FILTER = f"Projects (*{SUFFIX})"
@@ -240,11 +217,6 @@ _SEEN_IN = {
 }
 
 
-def _ask_for_project(context: Context) -> None:
-    parent, session = context.docks.dialog_parent, context.session
-    ask_to_open(parent, "Open project", session.recent_folder(), _FILTER, session.open)
-
-
 def _ask_for_copy(context: Context) -> None:
     project, notifier = context.session.project.project, context.notifier
     if project is None:
@@ -252,7 +224,7 @@ def _ask_for_copy(context: Context) -> None:
     proposed = project.path.with_stem(f"{project.path.stem}-copy")
 
     def save(chosen: Path) -> None:
-        path = _with_suffix(chosen)
+        path = chosen if chosen.suffix == SUFFIX else chosen.with_name(f"{chosen.name}{SUFFIX}")
         if notifier.attempt(lambda: project.save_copy(path)):
             notifier.say(f"Copy saved to {path}.", 6000)
 
@@ -261,27 +233,14 @@ def _ask_for_copy(context: Context) -> None:
 
 
 def _take_over(context: Context) -> None:
-    path, project = context.session.project.path, context.session.project
-    sure = path is not None and QMessageBox.question(
-        context.docks.dialog_parent,
-        "Force unlock project",
+    project, parent = context.session.project, context.docks.dialog_parent
+    question = (
         "If the other program is still using this project, edits can be lost. Are you certain "
-        "that it is no longer running?",
+        "that it is no longer running?"
     )
-    if path is not None and sure == QMessageBox.StandardButton.Yes:
-        project.open_file(path, context.session.document.frame, take_over=True)
-
-
-def _ask_for_home(context: Context) -> None:
-    project = context.session.project
-    home, parent = project.home or Path.home(), context.docks.dialog_parent
-    ask_for_folder(parent, "Folder for new projects", home, project.set_home)
-
-
-def _ask_annotator(context: Context) -> None:
-    parent, project = context.docks.dialog_parent, context.session.project
-    words, name = "Name to store your edits under:", project.annotator or user()
-    ask_for_text(parent, "Annotator", words, project.set_annotator, name)
+    yes, ask = QMessageBox.StandardButton.Yes, QMessageBox.question
+    if project.path is not None and ask(parent, "Force unlock project", question) == yes:
+        project.open_file(project.path, context.session.document.frame, take_over=True)
 
 
 def _ask_where_recording_is(context: Context, path: Path) -> None:
@@ -335,26 +294,26 @@ def _show_what_moved(context: Context, moved: Moved) -> None:
     context.notifier.say(f"{moved.how.capitalize()}: {moved.words}.", 5000)
 
 
-def _with_suffix(path: Path) -> Path:
-    return path if path.suffix == SUFFIX else path.with_name(f"{path.name}{SUFFIX}")
-
-
 def _files(context: Context, files: FileController, importing: ImportController) -> list[Command]:
     session, own, reports = context.session, context.session.project, files.reports
     command, project = Menu("&File").command, Menu("&File/Project").command
+    parent, start = context.docks.dialog_parent, session.recent_folder
     return [
-        command("open", "Open a recording …", "Open a recording folder.", files.ask_for_recording,
+        command("open", "Open a recording …", "Open a recording folder.",
+                lambda: ask_for_folder(parent, "Open a recording folder", start(), session.open),
                 "Ctrl+O", "open"),
         *_recents(session, files),
         command("open_project", "Open a project …", "Open a project file (.stereotrack) and its "
-                "recording.", partial(_ask_for_project, context), "Ctrl+Alt+O", "open"),
+                "recording.",
+                lambda: ask_to_open(parent, "Open project", start(), _FILTER, session.open),
+                "Ctrl+Alt+O", "open"),
         command("import_recording", "Make a recording of videos …", "Make a recording folder of "
                 "videos, stereo videos, or folders of images or depth maps.",
                 importing.ask_for_videos, "", "camera"),
         Menu("&File/&Calibration", session.no_recording).command(
             "attach_calibration", "Attach a calibration …", "Replace the cameras of the open "
             "recording by those of a calibration file; the one before is kept beside it.",
-            partial(ask_to_attach, context)),
+            importing.ask_to_attach),
         command("demo", "Open and track demo", "Open four stereo views of a simulated person "
                 "with known ground truth, and track them.", files.begin_demo, icon="run-tracker"),
         command("close", "Close the recording", "Close the recording and show the welcome page. "
@@ -371,10 +330,13 @@ def _files(context: Context, files: FileController, importing: ImportController)
                 "a new recording beside the recording's folder.", partial(own.set_home, None),
                 checked=lambda: own.home is None, section=True),
         project("projects_folder", "Keep new projects in folder …", "Choose a folder for the "
-                "projects of new recordings.", partial(_ask_for_home, context), icon="settings",
-                checked=lambda: own.home is not None),
+                "projects of new recordings.",
+                lambda: ask_for_folder(parent, "Folder for new projects",
+                                       own.home or Path.home(), own.set_home),
+                icon="settings", checked=lambda: own.home is not None),
         command("open_run", "Open run …", "Show a saved run (.npz) with its recording.",
-                files.ask_for_run, "Ctrl+Shift+O", "open", section=True),
+                lambda: ask_to_open(parent, "Open a run", "", "Run (*.npz *.part)", session.open),
+                "Ctrl+Shift+O", "open", section=True),
         command("save_run", "Save run as …", "Save the active run complete, or export it to "
                 "OpenSim, C3D, BVH or as joint angles.",
                 files.ask_where_to_save, "Ctrl+S", "save",
@@ -397,15 +359,9 @@ def _recents(session: Session, files: FileController) -> list[Command]:
 
     command = Menu("&File/Open &recent", lambda: "" if files.recents else none).command
     return [
-        *(
-            command(
-                f"recent_{place + 1}", f"Recent {place + 1}", "Open this recording or project "
-                "again.",
-                partial(files.open_recent, place), says=partial(says, place),
-                shown=partial(there, place),
-            )
-            for place in range(MOST_RECENT)
-        ),
+        *(command(f"recent_{place + 1}", f"Recent {place + 1}", "Open this recording or project "
+                  "again.", partial(files.open_recent, place), says=partial(says, place),
+                  shown=partial(there, place)) for place in range(MOST_RECENT)),
         command("forget_recent", "Clear this list", "Forget what was opened. No file is deleted.",
                 session.forget_recents, icon="delete", section=True),
     ]  # fmt: skip
@@ -432,7 +388,11 @@ def _edits(context: Context) -> list[Command]:
                 why_not=lambda: nothing(edits.to_redo(), "redo"),
                 says=lambda: said("Redo", edits.to_redo())),
         command("annotator", "Annotator …", "Set the name that your edits are stored under.",
-                partial(_ask_annotator, context), icon="settings", section=True),
+                lambda: ask_for_text(context.docks.dialog_parent, "Annotator",
+                                     "Name to store your edits under:",
+                                     session.project.set_annotator,
+                                     session.project.annotator or user()),
+                icon="settings", section=True),
     ]  # fmt: skip
 
 

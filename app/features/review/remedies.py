@@ -16,28 +16,47 @@ from ...session.changes import Part
 from ...session.remedies import HARMLESS, WORTH, Remedy, Tried, is_harmless
 from ...session.session import Snapshot, unless
 from ...widgets.forms.form_dialog import ask_to_save
-from ...widgets.style.building import empty_label, hbox, label, offer, show_text, vbox
+from ...widgets.style.building import (
+    empty_label,
+    hbox,
+    label,
+    offer,
+    shortened,
+    show_text,
+    vbox,
+)
 from ...widgets.tables.table import RIGHT, STRETCH, Cell, CellTable, Column
 
 _NOTHING = (
     "Select a failure and choose Find what fixes this: the parameters that its cause points to are "
-    "tried up and down on its frames, and the best three on stretches that were good. Try without "
-    "each part tracks it without one view, term or prior."
+    "tried up and down on its frames, and the best three on stretches that were good, of this "
+    "recording and of the others of an open study. Try without each part tracks it without one "
+    "view, term or prior."
 )
 _HARM = (
     "Most by which one of up to three stretches that were good gets worse. The best three changes "
     "are checked; empty: not checked."
 )
+_IN_STUDY = (
+    "Most by which a stretch that was good in another recording of the study gets worse, and in "
+    "which one: in degrees if that has a reference, else in failure probability."
+)
 
 
-def _columns(unit: str) -> tuple[Column, ...]:
+def _columns(tried: Tried | None) -> tuple[Column, ...]:
+    unit = "°" if tried is None else tried.unit.strip()
     gain = f"By how much the arms get better over the failure, {unit}; the run has more"
-    return (
+    columns = (
         Column("Change", "Double-click or press Enter to see it beside the run", width=STRETCH),
         Column("Arms", f"Mean over frames and limbs of both arms, {unit}", RIGHT, width=52),
         Column("Gain", gain, RIGHT, width=52),
         Column("Harm", _HARM, RIGHT, width=52),
     )
+    in_study = (
+        Column("In study", _IN_STUDY, RIGHT, width=60),
+        Column("Worst in", _IN_STUDY, width=130),
+    )
+    return columns + in_study if tried is not None and tried.others else columns
 
 
 def remedy_cells(remedy: Remedy) -> Sequence[Cell]:
@@ -51,7 +70,20 @@ def remedy_cells(remedy: Remedy) -> Sequence[Cell]:
         Cell(f"{remedy.error:.1f}", value=remedy.error),
         Cell(f"{gain:+.1f}", colour=good, value=gain),
         Cell(shown, _HARM, bad, value=-1.0 if harm is None else harm),
+        *_in_study(remedy),
     )
+
+
+def _in_study(remedy: Remedy) -> tuple[Cell, Cell]:
+    """The largest harm in another recording of the study, and in which one."""
+    worst = remedy.worst_elsewhere
+    if worst is None:
+        return Cell("", _IN_STUDY, value=-1.0), Cell("", _IN_STUDY)
+    said = {one.recording: f"{max(one.worst, 0.0):.1f}{one.unit}" for one in remedy.elsewhere}
+    tip = "\n".join((_IN_STUDY, *(f"{name}: {harm}" for name, harm in said.items())))
+    colour = "good" if worst.worst < HARMLESS else "warning"
+    number = Cell(said[worst.recording], tip, colour, value=worst.worst)
+    return number, Cell(shortened(Path(worst.recording).name, 18), tip, "muted")
 
 
 class RemediesPanel(QWidget):
@@ -63,7 +95,7 @@ class RemediesPanel(QWidget):
     def __init__(self, activated: Callable[[int], object]) -> None:
         super().__init__()
         self.words = label("", margins=(8, 6, 8, 2))
-        self.table = CellTable("Remedies", _columns("°"), remedy_cells, least=150, single=True)
+        self.table = CellTable("Remedies", _columns(None), remedy_cells, least=150, single=True)
         self.table.activated.connect(lambda index: activated(index.row()))
         self._nothing = empty_label(_NOTHING)
         self.buttons = hbox(margins=(6, 0, 6, 0))
@@ -74,12 +106,14 @@ class RemediesPanel(QWidget):
     def show_tried(self, tried: Tried | None, words: str) -> None:
         """Show what was tried so far; the selected row stays the same change."""
         show_text(self.words, words)
+        left_out = () if tried is None else tried.left_out
+        self.words.setToolTip("\n".join(f"{name}: {error}" for name, error in left_out))
         self._nothing.setVisible(tried is None)
         self.table.setVisible(tried is not None)
         old, row = self.table.cells.rows, self.table.currentIndex().row()
         chosen = old[row].change if 0 <= row < len(old) else None
         remedies = () if tried is None else tried.remedies
-        self.table.show_rows(remedies, _columns("°" if tried is None else tried.unit.strip()))
+        self.table.show_rows(remedies, _columns(tried))
         place = next((k for k, one in enumerate(remedies) if one.change == chosen), -1)
         self.table.setCurrentIndex(self.table.cells.index(place, 0))
 
@@ -168,7 +202,8 @@ class RemedyController:
                     self._inspect, why_not=failures.none_listed),
             command("find_remedy", "Find what fixes this", "Try the parameters that the failure's "
                     "cause points to on its frames, and the best three on stretches that were "
-                    "good.", partial(self._find, "remedy"), "Shift+F9", "iterate", section=True),
+                    "good, also in the other recordings of an open study.",
+                    partial(self._find, "remedy"), "Shift+F9", "iterate", section=True),
             command("find_parts", "Try without each part", "Track the failure without one view, "
                     "one term or one prior at a time.", partial(self._find, "parts")),
             command("stop_remedy", "Stop trying", "Try no more changes; what was tried stays.",

@@ -66,14 +66,15 @@ class StudyController:
 
     def ask_for_new(self) -> None:
         """Let the person choose where a new study is kept, and show it; nothing is overwritten."""
+
+        def make(path: Path) -> None:
+            stem = path.name.removesuffix(".toml").removesuffix(".study")
+            settings = self._state.panel_settings(StudySettings())
+            self._write_and_open(Study(path.with_name(stem + SUFFIX), settings=settings))
+
         folder, parent = self._folder(), self._context.docks.dialog_parent
         proposed = folder / f"{folder.name or 'walks'}{SUFFIX}"
-        ask_to_save(parent, "New study", proposed, _FILTER, self._new_study, goes_on=True)
-
-    def _new_study(self, path: Path) -> None:
-        stem = path.name.removesuffix(".toml").removesuffix(".study")
-        settings = self._state.panel_settings(StudySettings())
-        self._write_and_open(Study(path.with_name(stem + SUFFIX), settings=settings))
+        ask_to_save(parent, "New study", proposed, _FILTER, make, goes_on=True)
 
     def sweep(self) -> None:
         """Show a study of the open recording alone, which is made if there is none yet."""

@@ -16,6 +16,7 @@ from PySide6.QtWidgets import (
     QHBoxLayout,
     QLabel,
     QLineEdit,
+    QToolButton,
     QWidget,
 )
 
@@ -38,6 +39,7 @@ from ...widgets.plots.plots import StudyPlot
 from ...widgets.style.building import (
     choice,
     hbox,
+    holder,
     label,
     scrolled,
     searchable,
@@ -65,8 +67,7 @@ class SettingsForm(QWidget):
     def __init__(self, take_panel: Callable[[], object]) -> None:
         super().__init__()
         self._settings = StudySettings()
-        self._fields: dict[str, QLineEdit] = {}
-        self._lines: dict[str, list[QWidget]] = {}
+        self._lines: dict[str, tuple[QLabel, QLineEdit, QLabel, QToolButton]] = {}
         self.base = label("")
         tip = "Track with the preset and the parameters of the parameter panel"
         self._take = push_button("&Use parameter panel", take_panel, tip)
@@ -79,19 +80,18 @@ class SettingsForm(QWidget):
         self._settings = settings
         changes = ", ".join(one.replace("_", " ").replace("=", " ") for one in settings.changes)
         self.base.setText(f"All runs use {settings.preset}{f' with {changes}' if changes else ''}.")
-        for name in list(self._fields):
+        for name in list(self._lines):
             self._remove(name)
         for text in settings.grid:
             name, _, values = text.partition("=")
             self.add(name, values)
-        self._nothing.setVisible(not self._fields)
         self.seeds.setText(settings.seeds)
         self.frames.setText(settings.frames or "")
         self.views.setText(settings.views or "")
         self.smooth.setChecked(settings.smooth)
 
     def settings(self) -> StudySettings:
-        typed = {name: field.text().strip() for name, field in self._fields.items()}
+        typed = {name: line[1].text().strip() for name, line in self._lines.items()}
         found = replace(
             self._settings,
             grid=tuple(f"{name}={values}" for name, values in typed.items() if values),
@@ -104,26 +104,23 @@ class SettingsForm(QWidget):
         return found
 
     def field(self, name: str) -> QLineEdit:
-        return self._fields[name]
+        return self._lines[name][1]
 
     def add(self, name: str, values: str = "") -> None:
         """Add a line for the values of a name, or go to the one that is there."""
-        if name not in self._fields:
+        if name not in self._lines:
             about, hint = _about(name), _hint(name)
-            title, field = label(name.replace("_", " "), wraps=False), QLineEdit(values)
+            words = name.replace("_", " ")
+            title = label(words, wraps=False)
             title.setToolTip(about)
-            field.setAccessibleName(f"Values of {title.text()}")
-            field.setPlaceholderText("a,b,c")
-            field.setToolTip(f"{about} {hint}")
+            field = line_edit(f"Values of {words}", values, "a,b,c", f"{about} {hint}")
             field.textEdited.connect(self.changed)
-            away = tool_button(f"Do not vary {title.text()}", "close")
-            away.clicked.connect(lambda: self._remove(name))
-            widgets = [title, field, label(hint, "muted", wraps=False), away]
+            away = tool_button(f"Do not vary {words}", "close", do=lambda: self._remove(name))
+            self._lines[name] = (title, field, label(hint, "muted", wraps=False), away)
             row = self._grid.rowCount()
-            for column, widget in enumerate(widgets):
+            for column, widget in enumerate(self._lines[name]):
                 self._grid.addWidget(widget, row, column)
-            self._fields[name], self._lines[name] = field, widgets
-        self._fields[name].setFocus()
+        self.field(name).setFocus()
         self._nothing.hide()
         self.changed.emit()
 
@@ -131,22 +128,19 @@ class SettingsForm(QWidget):
         for widget in self._lines.pop(name):
             self._grid.removeWidget(widget)
             widget.deleteLater()
-        del self._fields[name]
-        self._nothing.setVisible(not self._fields)
+        self._nothing.setVisible(not self._lines)
         self.changed.emit()
 
     def _values(self) -> QWidget:
-        inside, holder = QWidget(), QWidget()
-        self._grid = QGridLayout(inside)
+        self._grid = QGridLayout()
         self._grid.setContentsMargins(4, 4, 4, 4)
         self._grid.setColumnStretch(1, 1)
         self._nothing = label("No values yet. Add a parameter.", "muted")
-        holder.setLayout(vbox(self._nothing, inside, None))
-        scroll = scrolled(holder, "Values")
+        scroll = scrolled(holder(vbox(self._nothing, self._grid, None)), "Values")
         scroll.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAsNeeded)
         return scroll
 
-    def _adder(self) -> QWidget:
+    def _adder(self) -> QHBoxLayout:
         varied = [name for name in SPECIAL if name not in ("seed", "frames")]
         names = [(name, name.replace("_", " ")) for name in (*varied, *parameter_rows())]
         self.chooser = searchable(choice("Parameter to vary", names))
@@ -157,11 +151,8 @@ class SettingsForm(QWidget):
         if line is not None:
             line.setPlaceholderText("Search parameters")
             line.returnPressed.connect(self._add_chosen)
-        add = tool_button("Vary this parameter", "add", "Add")
-        add.clicked.connect(self._add_chosen)
-        holder = QWidget()
-        holder.setLayout(hbox((self.chooser, 1), add))
-        return holder
+        add = tool_button("Vary this parameter", "add", "Add", do=self._add_chosen)
+        return hbox((self.chooser, 1), add)
 
     def _add_chosen(self) -> None:
         place = self.chooser.findText(self.chooser.currentText().strip())
@@ -176,8 +167,9 @@ class SettingsForm(QWidget):
         self.frames = line_edit("Frames", "", "all, or A:B", "Frames A up to but not including B")
         self.views = line_edit("Views", "", "all, or NS", "Views to use, as for --views")
         self.smooth = QCheckBox("S&mooth the runs")
-        self.processes = WholeNumberField(minimum=1, maximum=256, value=usable_cores())
-        self.processes.setAccessibleName("Processes")
+        self.processes = WholeNumberField(
+            minimum=1, maximum=256, value=usable_cores(), accessibleName="Processes"
+        )
         for field in (self.seeds, self.frames, self.views):
             field.textEdited.connect(self.changed)
             form.addRow(field.accessibleName(), field)
@@ -233,11 +225,7 @@ def present_value(context: Context, name: str) -> str:
 def baseline_of(context: Context, measure: str) -> float:
     """A measure of the active run over the frames of a study of the open recording alone."""
     session, study = context.session, context.session.study.study
-    recording, entry, truth = (
-        session.document.recording,
-        session.finished_run,
-        session.judging.truth,
-    )
+    recording, entry = session.document.recording, session.finished_run
     run = None if entry is None else entry.run()
     if study is None or len(study.rows) != 1 or recording is None or run is None:
         return math.nan
@@ -247,7 +235,7 @@ def baseline_of(context: Context, measure: str) -> float:
         frames = frames_within(study.settings.frames, session.document.frame_count)
     except InputError:
         return math.nan
-    inside = run.within(frames)
+    inside, truth = run.within(frames), session.judging.truth
     reference = None if truth is None else truth.trajectory
     whole = len(inside.frame) == len(frames)
     return measured(inside, reference).get(measure, math.nan) if whole else math.nan
@@ -283,20 +271,11 @@ _EMPTY = "No run is finished yet. Track the recordings to see their results here
 
 
 class ResultsPanel(QWidget):
-    """Plots a table; a click on a point shows its values by name, which can be applied.
+    """Plots a table; a click on a point shows its values by name, which can be applied."""
 
-    `present` tells the value of a parameter in the parameter panel, empty if unknown, `baseline` a
-    measure of the active run, NaN if unknown.
-    """
-
-    def __init__(
-        self,
-        apply: Callable[[Mapping[str, str]], object],
-        present: Callable[[str], str],
-        baseline: Callable[[str], float],
-    ) -> None:
+    def __init__(self, context: Context) -> None:
         super().__init__()
-        self._present, self._baseline = present, baseline
+        self._context = context
         self.table: store.RunTable | None = None
         self.path: Path | None = None
         self._read_at = 0
@@ -307,7 +286,7 @@ class ResultsPanel(QWidget):
         self.plot = StudyPlot(self.choose)
         self.chosen_label = label("")
         self.take_button = push_button(
-            "Apply to &parameter panel", lambda: apply(dict(self._chosen))
+            "Apply to &parameter panel", lambda: apply_to_panel(context, self._chosen)
         )
         tip = "Select the point with the best mean over recordings and seeds"
         self.best_button = push_button("&Best point", self.choose_best, tip)
@@ -344,13 +323,17 @@ class ResultsPanel(QWidget):
             return
 
     def draw(self) -> None:
-        table, across, second, up = self._wanted()
+        across, second, up = (
+            box.currentData() or "" for box in (self.across, self.second, self.measure)
+        )
+        table, second = self.table, second if second != across else ""
         if table is None or not across or not up:
             self.plot.clear()
             show_text(self.effects_label, "")
             return
         axis, curves = store.axis_of(table, across), store.curves_of(table, across, up, second)
-        self.plot.show_curves(axis, up, curves, self._present(across), self._baseline(up))
+        present, baseline = present_value(self._context, across), baseline_of(self._context, up)
+        self.plot.show_curves(axis, up, curves, present, baseline)
         measure = measure_named(up)
         unit = "" if measure is None else measure.unit
         effects = effects_words(effects_of(table, up), unit)
@@ -381,8 +364,6 @@ class ResultsPanel(QWidget):
         if self.table is not None:
             self.choose(self.table.best(str(self.measure.currentData())))
 
-    # ---- inside
-
     def _clear(self) -> None:
         self.table = self.path = None
         self.file_label.setText(_EMPTY)
@@ -395,11 +376,6 @@ class ResultsPanel(QWidget):
     def _allow(self) -> None:
         self.best_button.setEnabled(self.table is not None)
         self.take_button.setEnabled(bool(self._chosen))
-
-    def _wanted(self) -> tuple[store.RunTable | None, str, str, str]:
-        across, second = self.across.currentData() or "", self.second.currentData() or ""
-        up = self.measure.currentData() or ""
-        return self.table, across, second if second != across else "", up
 
     def _choices(self) -> QHBoxLayout:
         self.measure, self.across = choice("Measure"), choice("over")

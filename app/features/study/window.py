@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QItemSelection, QItemSelectionModel, Qt
@@ -18,21 +17,10 @@ from stereotrack_core.study.status import COLUMNS, RowStatus
 
 from ...context import Context
 from ...session.changes import Part
-from ...widgets.forms.form_dialog import (
-    ask_for_folder,
-    line_edit,
-    push_button,
-    say_in,
-)
-from ...widgets.style.building import allow, hbox, label, scrolled, thin_progress, vbox
+from ...widgets.forms.form_dialog import ask_for_folder, line_edit, push_button, say_in
+from ...widgets.style.building import allow, hbox, holder, label, scrolled, thin_progress, vbox
 from ...widgets.tables.table import LEFT, RIGHT, STRETCH, Cell, CellTable, Column
-from .pages import (
-    ResultsPanel,
-    SettingsForm,
-    apply_to_panel,
-    baseline_of,
-    present_value,
-)
+from .pages import ResultsPanel, SettingsForm
 
 _FACTOR_TIP = "A factor of the recordings, as the study file states it."
 _HINT = "The selected recordings, or all if none is selected"
@@ -57,11 +45,7 @@ class StudyWindow(QDialog):
         super().__init__(context.docks.dialog_parent, Qt.WindowType.Window)
         self._context, self._state = context, context.session.study
         self.form = SettingsForm(self._take_panel)
-        self.results = ResultsPanel(
-            partial(apply_to_panel, context),
-            partial(present_value, context),
-            partial(baseline_of, context),
-        )
+        self.results = ResultsPanel(context)
         context.show(Part.SETTINGS | Part.JUDGEMENT, lambda _now: self._draw_results())
         self.study, self.rows = Study(Path()), tuple[RowStatus, ...]()
         self.count, self.words = label("", "muted"), label("")
@@ -88,17 +72,15 @@ class StudyWindow(QDialog):
         self.filter: QLineEdit = line_edit("Filter", "", "Filter: words that a row shows")
         self.filter.setClearButtonEnabled(True)
         self.filter.textChanged.connect(self.proxy.setFilterFixedString)
-        self.empty, self.messages = label(_EMPTY, "muted"), label("")
-        self.messages.setAlignment(Qt.AlignmentFlag.AlignTop)
-        self.messages.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self.empty = label(_EMPTY, "muted")
+        self.messages = label(align=Qt.AlignmentFlag.AlignTop, copied=True)
         told = scrolled(self.messages, "Messages about the selected recording")
         told.setMaximumHeight(5 * self.fontMetrics().lineSpacing())
         self.add_button = push_button("&Add …", self._ask_for_folders)
-        self.remove_button = push_button("Re&move", self._remove)
-        page = QWidget()
+        remove = self._state.remove
+        self.remove_button = push_button("Re&move", lambda: remove(self._names(self.selected())))
         top = hbox(self.add_button, self.remove_button, (self.filter, 1), spacing=9)
-        page.setLayout(vbox(top, (self.view, 1), (self.empty, 1), told, margins=(6, 6, 6, 6)))
-        return page
+        return holder(vbox(top, (self.view, 1), (self.empty, 1), told, margins=(6, 6, 6, 6)))
 
     def _buttons(self) -> QHBoxLayout:
         self.open_button = push_button("&Open", self._open)
@@ -107,8 +89,6 @@ class StudyWindow(QDialog):
         self.stop_button = push_button("&Stop", self._state.stop)
         buttons = (self.refresh_button, self.stop_button)
         return hbox(self.open_button, self.track_button, None, *buttons)
-
-    # ---- what is shown
 
     def show_study(self, study: Study) -> None:
         state, before = self._state, self.study
@@ -122,7 +102,8 @@ class StudyWindow(QDialog):
             if other or study.settings != before.settings:
                 self.form.show_settings(study.settings)
             self.select(() if other else selected)
-            self._hide_unknown()
+            for k, one in enumerate(COLUMNS, start=1 + len(study.factors)):
+                self.view.setColumnHidden(k, all(one.value(row) is None for row in self.rows))
             self._count()
         say_in(self.words, state.said, error=state.is_error)
         self.progress.setValue(round(1000 * state.share))
@@ -132,8 +113,8 @@ class StudyWindow(QDialog):
     def _show_working(self, what: str) -> None:
         """Disable what cannot be done during work; `what` names it, empty if nothing is done."""
         self.progress.setVisible(bool(what))
-        idle, busy = "" if what else "Nothing is being done.", f"{what}. Wait, or stop it."
-        why_not = busy.capitalize() if what else ""
+        why_not = f"{what}. Wait, or stop it.".capitalize() if what else ""
+        idle = "" if what else "Nothing is being done."
         allow(self.stop_button, idle, "Stop; what is finished is kept")
         allow(self.track_button, why_not, f"{_HINT}: track them with the settings")
         allow(self.refresh_button, why_not, "Read the study and its recordings again")
@@ -153,11 +134,6 @@ class StudyWindow(QDialog):
             ),
             Cell(told, "\n".join(messages), "muted" if unread else ""),
         ]
-
-    def _hide_unknown(self) -> None:
-        first = 1 + len(self.study.factors)
-        for k, one in enumerate(COLUMNS, start=first):
-            self.view.setColumnHidden(k, all(one.value(row) is None for row in self.rows))
 
     def _count(self) -> None:
         try:
@@ -189,8 +165,6 @@ class StudyWindow(QDialog):
         else:
             self.messages.setText("\n".join(rows[0].messages) or "No problems are known.")
 
-    # ---- what a person does
-
     def _take_panel(self) -> None:
         settings = self._state.panel_settings(self.form.settings())
         self._state.edit(lambda study: replace(study, settings=settings))
@@ -210,14 +184,9 @@ class StudyWindow(QDialog):
             self._context.session.open(self.study.place(row.project or row.recording))
             self._context.docks.dialog_parent.window().raise_()
 
-    def _remove(self) -> None:
-        self._state.remove(self._names(self.selected()))
-
     def _ask_for_folders(self) -> None:
         title, add = "Add the recordings in and below a folder", self._state.add
         ask_for_folder(self, title, self.study.folder, lambda path: add((path,), self.select))
-
-    # ---- what is selected
 
     @staticmethod
     def _names(rows: Iterable[RowStatus]) -> tuple[str, ...]:

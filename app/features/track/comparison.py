@@ -8,6 +8,7 @@ import numpy as np
 
 from stereotrack_core.arrays import IntArray
 from stereotrack_core.body.limbs import LIMBS
+from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation import compare as comparing
 from stereotrack_core.evaluation.summary import within
@@ -55,23 +56,16 @@ def compared(shown: Sequence[RunEntry], truth: Judgement, selection: range | Non
     where = " in the selection" if selection is not None else ""
     if len(candidates) == 1:
         rows = _rows_of_one(candidates[0], reference, truth, selection)
-        words = (
-            f"Mean values of the run{where}{_against(truth)}."
-            if rows
-            else "No measures are available for this run."
-        )
-        return ComparedRuns(words, "", names, rows)
+        words = f"Mean values of the run{where}{_against(truth)}."
+        none = "No measures are available for this run."
+        return ComparedRuns(words if rows else none, "", names, rows)
     try:
         found = comparing.compare(candidates, reference, selection)
     except InputError as error:
         return ComparedRuns(f"{error.what[0].upper()}{error.what[1:]}.", "", names, ())
-    count = len(found.frames)
-    frames = f"{count} frame{'' if count == 1 else 's'} that all runs share{where}"
-    told = (
-        "in brackets the 95 % confidence interval of the difference from the first run"
-        if len(candidates) == 2
-        else "in brackets the difference from the first run"
-    )
+    interval = "95 % confidence interval of the " if len(candidates) == 2 else ""
+    frames = f"{counted(len(found.frames), 'frame')} that all runs share{where}"
+    told = f"in brackets the {interval}difference from the first run"
     words = f"Mean values over {frames}{_against(truth)}; {told}."
     return ComparedRuns(words, comparing.how_it_is_made(found), names, _rows(found, truth))
 
@@ -107,11 +101,8 @@ def _against(truth: Judgement) -> str:
 
 
 def _candidate(entry: RunEntry) -> comparing.Candidate:
-    frames = list(entry.ordered())
-    unexplained_fraction = np.array(
-        [frame.estimate.unexplained_fraction for frame in frames], dtype=np.float64
-    )
-    return comparing.Candidate(entry.name, entry.trajectory(), unexplained_fraction)
+    unexplained = [frame.estimate.unexplained_fraction for frame in entry.ordered()]
+    return comparing.Candidate(entry.name, entry.trajectory(), np.array(unexplained, np.float64))
 
 
 def _rows_of_one(
@@ -187,8 +178,6 @@ def _compared(got: comparing.Paired, said: str, *, two: bool) -> list[Cell]:
         return [Cell(f"{value} ({change})" if change else value, sentence, colour)]
     known = not math.isnan(got.low)
     between = f"{got.low:+z.1f} to {got.high:+z.1f}" if known else "too few frames"
-    return [
-        Cell(value, sentence, colour),
-        Cell(f"{change} ({between})" if change else "", sentence, colour),
-        Cell(said, said, colour),
-    ]
+    interval = f"{change} ({between})" if change else ""
+    shown = ((value, sentence), (interval, sentence), (said, said))
+    return [Cell(text, tip, colour) for text, tip in shown]

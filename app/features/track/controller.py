@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from datetime import UTC, datetime
 from functools import partial
-from typing import TypeAlias
 from weakref import ref
 
 import numpy as np
@@ -23,7 +22,6 @@ from ...session.judgement import (
     TORSO_POSITION,
     UNCERTAIN_DEG,
     Against,
-    Judgement,
     arms_mean,
     doubts,
     measure_of,
@@ -35,7 +33,8 @@ from ...session.runs import RunEntry
 from ...session.session import Session, Snapshot, unless
 from ...session.tracking import FIRST_POSES
 from ...widgets.style.colours import limb_words
-from ...widgets.tables.panels import ComparisonPanel, NumbersPanel, RunRow, RunsPanel
+from ...widgets.tables.panels import ComparisonPanel, NumberRow, NumbersPanel, RunRow, RunsPanel
+from ...widgets.tables.table import Cell
 from .comparison import compared, compared_stretches, shown_beside_each_other
 from .keeping import RunKeeper
 
@@ -80,24 +79,21 @@ class RunsController:
         context.session.changes.watch(Part.PROJECT_OPENED, self._on_project)
         context.tasks.watch(self.keeper.settled)
 
-    # ---- following
-
     def _show_runs(self, now: Snapshot) -> None:
         self.panel.show_rows([self.row(now, entry) for entry in now.runs])
-        if self._finished is not None and self._session.judging.settled():
-            self._say_how_it_ended(self._finished, now.judgements.get(self._finished))
-            self._finished = None
-
-    def _on_finished(self, entry: RunEntry) -> None:
-        self._finished = entry  # and is said when it is judged
-
-    def _say_how_it_ended(self, entry: RunEntry, judgement: Judgement | None) -> None:
+        entry = self._finished
+        if entry is None or not self._session.judging.settled():
+            return
+        self._finished, judgement = None, now.judgements.get(entry)
         score = score_words(judgement)
         known = judgement is not None and judgement.measure == "error"
         whose = "off by" if known else "with a filter uncertainty of"
         arms = f", arms {whose} {score} (mean)" if score else ""
         frames = counted(len(entry.frames), "frame")
         self._context.notifier.say(f"{entry.name}: {frames} tracked{arms}.", 8000)
+
+    def _on_finished(self, entry: RunEntry) -> None:
+        self._finished = entry  # and is said when it is judged
 
     def _on_project(self) -> None:
         project = self._session.project.project
@@ -120,24 +116,23 @@ class RunsController:
         if start is None or stretch is None or session.not_tried():
             return
         do = partial(session.trials.run_as, start.run, stretch)
-        what, where = (
-            f"the initial pose is {start.words}",
-            session.track.name_of(session.track.settings),
-        )
+        what = f"the initial pose is {start.words}"
+        where = session.track.name_of(session.track.settings)
         self._context.notifier.show(Message("note", what, where, _AS_IT_DID, "As that run did", do))
 
-    # ---- the list
-
     def row(self, now: Snapshot, entry: RunEntry) -> RunRow:
-        facts = self.keeper.facts(entry)
+        facts, hint, active = self.keeper.facts(entry), self._hint(entry), entry is now.active
         seconds = entry.wall_seconds or (facts.wall_seconds if facts is not None else None)
+        texts = (
+            in_words(seconds) if seconds else "",
+            "" if facts is None or facts.seed is None else str(facts.seed),
+            _when(facts.made) if facts is not None else "",
+        )
+        others = (_frames(now, entry, facts), hint), _score(now, entry), *((t, hint) for t in texts)
         return RunRow(
-            name=entry.name, style=now.styles[entry], visible=entry.visible,
-            active=entry is now.active, frames=_frames(now, entry, facts),
-            score=_score(now, entry), hint=self._hint(entry),
-            time=in_words(seconds) if seconds else "",
-            seed="" if facts is None or facts.seed is None else str(facts.seed),
-            when=_when(facts.made) if facts is not None else "", made=_made(now, entry, facts),
+            Cell(entry.name, hint, bold=active, ticked=entry.visible, editable=True),
+            now.styles[entry], tuple(Cell(text, tip, bold=active) for text, tip in others),
+            _made(now, entry, facts),
         )  # fmt: skip
 
     def _hint(self, entry: RunEntry) -> str:
@@ -150,8 +145,6 @@ class RunsController:
             place += " Check it to load it from the project."
         kept = self.keeper.why_not_kept(entry) or "Stored in the project."
         return f"{kept}{heading}{place}{speed} Press F2 to rename it."
-
-    # ---- commands
 
     def with_active(self, do: Callable[[RunEntry], None]) -> None:
         """Do something with the active run, where there is one; say why it cannot be done."""
@@ -166,8 +159,6 @@ class RunsController:
         if active is not None and active is self._session.track.entry:
             return "The run is stored automatically when it is complete."
         return ""
-
-    # ---- comparison
 
     def _show_comparison(self, now: Snapshot) -> None:
         shown = shown_beside_each_other(now)
@@ -248,18 +239,15 @@ def _when(made: str) -> str:
     return f"{then:%H:%M}" if then.date() == today else f"{then:%Y-%m-%d}"
 
 
-_NumberRow: TypeAlias = tuple[str, str, str, str]  # limb, label, value and hint
-
-
-def number_rows(now: Snapshot) -> list[_NumberRow]:
+def number_rows(now: Snapshot) -> list[NumberRow]:
     """Rows of the numbers panel."""
     tracked, judgement = now.tracked, now.judgement
     if tracked is None:
         return []
-    frame, estimate, rows = tracked.frame, tracked.estimate, list[_NumberRow]()
+    frame, estimate, rows = tracked.frame, tracked.estimate, list[NumberRow]()
     quality = {} if judgement is None else judgement.quality_over(np.array([frame]))
+    angles = {} if judgement is None else judgement.errors_at(frame)
     unsure = doubts(tracked)
-    angles = judgement.errors_at(frame) if judgement is not None else {}
     for limb, sigma, chance in zip(LIMBS, estimate.limb_sigma_deg, estimate.limb_lost, strict=True):
         value = spread_words(sigma)
         value = f"± {value}" if value != "unknown" else value
@@ -279,7 +267,7 @@ def number_rows(now: Snapshot) -> list[_NumberRow]:
     return [*rows, *_frame_rows(tracked)]
 
 
-def _frame_rows(tracked: TrackedFrame) -> list[_NumberRow]:
+def _frame_rows(tracked: TrackedFrame) -> list[NumberRow]:
     estimate = tracked.estimate
     if not tracked.tracked:
         return [("", "not tracked", tracked.reason, "Why this frame has no pose.")]
@@ -335,17 +323,12 @@ def _commands(context: Context, runs: RunsController) -> list[Command]:
     def idle() -> str:
         return session.not_tracked() or session.tracker_works()
 
-    def begins_with(name: str) -> bool:
-        return track.first_pose == name
-
-    def toggle_follow() -> None:
-        track.follow = not track.follow
-
     command = Menu("&Track").command
     first_poses = [
         Menu("&Track/Initial pose", session.no_depth).command(
             f"first_pose_{name.replace(' ', '_')}", title, tip,
-            partial(setattr, track, "first_pose", name), checked=partial(begins_with, name),
+            partial(setattr, track, "first_pose", name),
+            checked=lambda name=name: track.first_pose == name,
         )
         for name, (title, tip) in FIRST_POSES.items()
     ]  # fmt: skip
@@ -373,7 +356,8 @@ def _commands(context: Context, runs: RunsController) -> list[Command]:
                 keypoints.toggle, why_not=lambda: session.no_project() or keypoints.why_none(),
                 checked=lambda: keypoints.wanted),
         command("follow", "Follow tracker", "Show each frame as soon as it is tracked.",
-                toggle_follow, "F", checked=lambda: track.follow),
+                lambda: setattr(track, "follow", not track.follow), "F",
+                checked=lambda: track.follow),
         command("hide_run", "Show active run", "Show or hide the model and the curves of the "
                 "active run.", shown.toggle_active, "H", "model", why_not=session.no_run,
                 section=True),

@@ -36,15 +36,13 @@ class RunKeeper:
         self._tried: WeakSet[RunEntry] = WeakSet()
         self._wanted: WeakSet[RunEntry] = WeakSet()
         self._listed: Project | None = None
-        self._removed: list[str] = []
+        self.removed: list[str] = []  # names of runs that can be restored
         self._soon = context.session.later(self._look, 0)
         watch = session.changes.watch
         facts = Part.PROJECT_OPENED | Part.TRACKING | Part.RUNS | Part.ACTIVE_RUN
         watch(facts, self._soon.start)
         watch(Part.PROJECT_CLOSING, self._keep_what_is_left)
         watch(Part.PROJECT_CLOSED, self._forget)
-
-    # ---- facts
 
     def settled(self) -> bool:
         return not self._soon.isActive() and not self._busy
@@ -74,8 +72,6 @@ class RunKeeper:
         tracked = sum(frame.tracked for frame in entry.frames.values())
         return project_runs.run_facts(project_runs.facts_of_meta(meta, entry.numbers(), tracked))
 
-    # ---- what a person does
-
     def keep(self, entry: RunEntry) -> None:
         self._tried.discard(entry)
         self._wanted.add(entry)
@@ -99,31 +95,27 @@ class RunKeeper:
         if entry.kept:
             if self._project.apply(project_runs.delete_run(entry.kept)) is None:
                 return
-            self._removed.append(entry.kept)
+            self.removed.append(entry.kept)
         self._runs.remove(entry)
-
-    @property
-    def removed(self) -> bool:
-        return bool(self._removed)
 
     def restore(self) -> None:
         project = self._project.project
-        if project is not None and self._removed:
-            name = self._removed.pop()
+        if project is not None and self.removed:
+            name = self.removed.pop()
             if self._project.apply(project_runs.restore_run(name)) is not None:
                 self._list(project, shown=[name])
 
-    # ---- following what happens
-
     def _look(self) -> None:
-        """List, keep and read whatever is to be listed, kept and read now."""
         project = self._project.project
         if project is None or self._document.recording is None:
             return
         if project is not self._listed:
             self._listed = project
             self._list(project)
-            self._take_in_what_is_left(project)
+            if not project.read_only and project_runs.unfinished_runs(project.path):
+                take, done = partial(_taken_in, project), self._on_taken_in
+                title, again = "storing interrupted runs", self._soon.start
+                self._tasks.write(Job(title, lambda _task: take(), done, ended=again))
         if not project.read_only:
             busy = any(one.facts is None for one in self._busy)
             for entry in self._to_keep()[: not busy]:  # the next one when this one has its name
@@ -204,16 +196,6 @@ class RunKeeper:
                 first = bool(shown) and one.name == shown[0]
                 self._runs.add(entry, active=first and self._runs.active is None)
 
-    # ---- what was under way when the program ended
-
-    def _take_in_what_is_left(self, project: Project) -> None:
-        if project.read_only or not project_runs.unfinished_runs(project.path):
-            return
-        title, take = "storing interrupted runs", partial(_taken_in, project)
-        self._tasks.write(
-            Job(title, lambda _task: take(), self._on_taken_in, ended=self._soon.start)
-        )
-
     def _on_taken_in(self, taken: tuple[list[project_runs.TakenIn], list[InputError]]) -> None:
         runs, refusals = taken
         for refusal in refusals:
@@ -228,7 +210,7 @@ class RunKeeper:
 
     def _kept(self, project: Project) -> tuple[project_runs.KeptRun, ...]:
         try:
-            self._removed = list(project_runs.removed_runs(project.runs))
+            self.removed = list(project_runs.removed_runs(project.runs))
             return project_runs.kept_runs(project.runs)
         except InputError as error:
             self._notifier.error(error)
@@ -269,7 +251,7 @@ class RunKeeper:
         self._remember_shown(project)
 
     def _forget(self) -> None:
-        self._listed, self._removed = None, []
+        self._listed, self.removed = None, []
         self._tried.clear()
 
 

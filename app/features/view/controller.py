@@ -37,10 +37,6 @@ class ViewController:
         self._context, self._session = context, context.session
         self._state, self._docks = context.view_state, context.docks
         self._rig_held = False
-        self._connect()
-        self._switch_on_as_stored()
-
-    def _connect(self) -> None:
         session, state, docks = self._session, self._state, self._docks
         watch = session.changes.watch
         watch(RECORDING, self._show_recording)
@@ -48,7 +44,8 @@ class ViewController:
         watch(Part.FRAME, lambda: docks.timeline.set_frame(session.document.frame))
         watch(Part.FRAME, lambda: docks.transport.set_frame(session.document.frame))
         watch(Part.LENGTH, self._on_length)
-        watch(Part.DISPLAY, self._on_display)
+        watch(Part.DISPLAY, lambda: docks.views.set_display(state.displayed))
+        watch(Part.DISPLAY, lambda: docks.scene.set_highlighted(state.display.highlighted))
         watch(Part.SCENE, self._show_scene_soon)
         watch(Part.SELECTION, self._on_selection)
         watch(Part.PICTURES, self._on_wanted)
@@ -59,8 +56,7 @@ class ViewController:
         docks.timeline.selection_changed.connect(state.select)
         docks.transport.number.changed.connect(session.document.visit)
         docks.dock("scene").visibilityChanged.connect(self._on_scene_shown)
-
-    # ---- following
+        self._switch_on_as_stored()
 
     def _show_recording(self) -> None:
         recording = self._session.document.recording
@@ -73,8 +69,7 @@ class ViewController:
     def _on_instant(self) -> None:
         told, overlays = self._session.instant.told, self._state.displayed.overlays
         if told is not None:
-            pictures = pictures_of(told, self._state.wanted(), overlays)
-            self._docks.views.show_pictures(pictures)
+            self._docks.views.show_pictures(pictures_of(told, self._state.wanted(), overlays))
         self._show_scene_soon()
         self._context.actions.refresh_soon()
 
@@ -97,17 +92,11 @@ class ViewController:
             timeline.selection_changed.emit(frames)
         self._context.actions.refresh_soon()
 
-    def _on_display(self) -> None:
-        self._docks.views.set_display(self._state.displayed)
-        self._docks.scene.set_highlighted(self._state.display.highlighted)
-
     def _on_workspace(self) -> None:
         if self._docks.workspace:
             self._look_at(cameras=self._docks.workspace == "calibrate")
             self._on_scene_shown()
             self._context.actions.refresh_soon()
-
-    # ---- the scene
 
     def _on_scene_shown(self) -> None:
         """Draw the scene; its points are asked for only if they are not there."""
@@ -123,12 +112,12 @@ class ViewController:
         if instant is None or not scene.is_seen():
             return
         if state.hidden:  # nobody shall see what is known already, but who asks for it
-            shown = state.displayed.overlays
+            overlays = state.displayed.overlays
             instant = dataclasses.replace(
                 instant,
-                reference=instant.reference if "reference" in shown else None,
-                meshes=instant.meshes if "outline" in shown else (),
-                ghosts=instant.ghosts if "others" in shown else (),
+                reference=instant.reference if "reference" in overlays else None,
+                meshes=instant.meshes if "outline" in overlays else (),
+                ghosts=instant.ghosts if "others" in overlays else (),
             )
         frame, entry, meshes = instant.frame_set.index, self._session.runs.active, instant.meshes
         tracked = entry.at(frame) if entry is not None else None
@@ -138,10 +127,8 @@ class ViewController:
         annotates, fit = self._docks.workspace == "annotate", state.fit
         if annotates and fit is not None and fit.frame == frame:
             meshes = fit.meshes
-        highlighted, dark = state.display.highlighted, current_theme().is_dark
-        scene.show_scene(
-            scene_of(instant, meshes, state.point_colour, highlighted, ellipsoids, dark=dark)
-        )
+        shown = state.point_colour, state.display.highlighted, ellipsoids
+        scene.show_scene(scene_of(instant, meshes, *shown, dark=current_theme().is_dark))
 
     def _look_at(self, *, cameras: bool) -> None:
         """Point the scene at the whole rig or at the person."""
@@ -160,8 +147,6 @@ class ViewController:
         scene = self._docks.scene
         scene.set_layer_visible(layer, not scene.layer_visible(layer))
         self._session.instant.tell_soon()
-
-    # ---- what commands do
 
     def _switch_on_as_stored(self) -> None:
         names = stored_texts(self._context.settings, "overlays_shown")
@@ -183,12 +168,8 @@ class ViewController:
         if keep and not any(tile.camera.knows_person() for tile in tiles):
             self._context.notifier.say(_NOBODY_KNOWN)
 
-    def toggle_single(self) -> None:
-        self._state.arrange("grid" if self._state.arrangement == "single" else "single")
-
     def zoom(self, factor: float) -> None:
-        camera = self._docks.views.active_camera()
-        if camera is not None:
+        if (camera := self._docks.views.active_camera()) is not None:
             camera.zoom_by(factor)
 
     def zoom_fit(self) -> None:
@@ -199,12 +180,11 @@ class ViewController:
 
 def _aspects(recording: Recording) -> dict[str, float]:
     """Width by height of the images of each view as they are shown, upright."""
-    aspects = {}
-    for view in recording.views:
-        camera = recording.reference_camera(view)
-        aspect = camera.width / camera.height
-        aspects[view.name] = 1.0 / aspect if view.display_rotation % 180 == 90 else aspect
-    return aspects
+    return {
+        view.name: (camera.width / camera.height) ** (-1 if view.display_rotation % 180 else 1)
+        for view in recording.views
+        for camera in (recording.reference_camera(view),)
+    }
 
 
 _SETTING = "window"
@@ -305,21 +285,19 @@ class FirstZoom:
         if recording is None or not self.chosen():
             return
 
+        def look(task: Task) -> dict[str, Box]:
+            try:
+                return person_boxes(recording, task.work)
+            except InputError:
+                return {}  # what cannot be read is told by who shows it
+
         def show(boxes: dict[str, Box]) -> None:
             homes = {name: _wider(*box) for name, box in boxes.items()}
             self._context.docks.views.set_homes(homes)
 
-        title = "looking for the person"
-        self._looking.run(Job(title, lambda task: _found(task, recording), show))
+        self._looking.run(Job("looking for the person", look, show))
 
 
 def _wider(left: float, top: float, right: float, bottom: float) -> QRectF:
     more = _MARGIN * max(right - left, bottom - top)
     return QRectF(QPointF(left, top), QPointF(right, bottom)).adjusted(-more, -more, more, more)
-
-
-def _found(task: Task, recording: Recording) -> dict[str, Box]:
-    try:
-        return person_boxes(recording, task.work)
-    except InputError:
-        return {}  # what cannot be read is told by who shows it

@@ -1,6 +1,5 @@
 """Views, scene and playback: what is shown of the frame, and going from frame to frame."""
 
-from collections.abc import Callable
 from functools import partial
 
 from ...context import Context
@@ -10,13 +9,11 @@ from ...session.session import Session, unless
 from ...session.view_state import (
     CLICK_OVERLAYS,
     PICTURE_KINDS,
-    Arrangement,
     PictureKind,
-    PointColour,
     ViewState,
 )
 from ...widgets.camera.overlays import LEADING, OVERLAYS
-from ...widgets.scene.scene_view import SceneBar, SceneView
+from ...widgets.scene.scene_view import SceneView, scene_bar
 from .controller import FirstZoom, ViewController, ViewMemory
 from .scene import POINT_COLOURS
 
@@ -30,15 +27,12 @@ _OVERLAY_KEYS = {
     "residuals": ("Shift+R", "ruler"), "fit": ("Shift+O", "fitted"),
 }  # fmt: skip
 _IN_ANNOTATE = " In Annotate it is off until you ask for it, because it would lead your clicks."
-_KIND_KEYS: dict[PictureKind, str] = {
-    "image": "Shift+F2", "left": "F2", "disparity": "F3", "foreground": "F4", "depth": "F5"
-}  # fmt: skip
-_KIND_TIPS: dict[PictureKind, str] = {
-    "image": "Show the reference images: the right image of a stereo view.",
-    "left": "Show the left images of the stereo views.",
-    "disparity": "Show the disparity maps. Near is bright.",
-    "foreground": "Show the foreground against the learned background.",
-    "depth": "Show the depth maps. Near is bright.",
+_KINDS: dict[PictureKind, tuple[str, str]] = {
+    "image": ("Shift+F2", "Show the reference images: the right image of a stereo view."),
+    "left": ("F2", "Show the left images of the stereo views."),
+    "disparity": ("F3", "Show the disparity maps. Near is bright."),
+    "foreground": ("F4", "Show the foreground against the learned background."),
+    "depth": ("F5", "Show the depth maps. Near is bright."),
 }
 SCENE_LAYERS = {
     "cloud": ("points", "the measured points", ""),
@@ -73,19 +67,15 @@ def _pictures(session: Session, state: ViewState) -> list[Command]:
         return session.no_depth() or unless(stereo, "This recording has no stereo view.")
 
     return [
-        Command(
-            f"show_{kind}", f"{_MENU}/Image", text, _KIND_TIPS[kind],
-            partial(state.choose_kind, kind), _KIND_KEYS[kind],
-            kind if kind in {"disparity", "foreground"} else "", partial(why_not, kind),
+        Menu(f"{_MENU}/Image", partial(why_not, kind)).command(
+            f"show_{kind}", PICTURE_KINDS[kind], tip, partial(state.choose_kind, kind), keys,
+            kind if kind in {"disparity", "foreground"} else "",
         )
-        for kind, text in PICTURE_KINDS.items()
+        for kind, (keys, tip) in _KINDS.items()
     ]  # fmt: skip
 
 
 def _overlays(session: Session, state: ViewState, view: ViewController) -> list[Command]:
-    def is_on(name: str) -> bool:
-        return name in state.displayed.overlays
-
     def no_keypoints() -> str:
         none = "The project has no predictions of a detector. Import predictions first."
         return session.no_recording() or unless(session.keypoints.drawn, none)
@@ -93,31 +83,29 @@ def _overlays(session: Session, state: ViewState, view: ViewController) -> list[
     depth = dict.fromkeys(("points", "correspondences"), session.no_depth)
     needs = {**depth, "keypoints": no_keypoints}
     return [
-        Command(
-            f"overlay_{name}", f"{_MENU}/Overlay", text,
+        Menu(f"{_MENU}/Overlay", needs.get(name, session.no_recording)).command(
+            f"overlay_{name}", text,
             f"Show or hide {text.lower()}.{_IN_ANNOTATE if name in LEADING else ''}",
             partial(view.toggle_overlay, name), keys, icon,
-            needs.get(name, session.no_recording), partial(is_on, name),
+            checked=lambda name=name: name in state.displayed.overlays,
         )
         for name, text in (*OVERLAYS.items(), *CLICK_OVERLAYS.items())
         for keys, icon in (_OVERLAY_KEYS[name],)
     ]  # fmt: skip
 
 
-def _arrangements(session: Session, state: ViewState, view: ViewController) -> list[Command]:
-    def arranged(arrangement: Arrangement) -> bool:
-        return state.arrangement == arrangement
-
+def _arrangements(session: Session, state: ViewState) -> list[Command]:
     command = Menu(_MENU, session.no_recording).command
     return [
-        command("arrange_grid", "All views", "Show all views at the same size.",
-                partial(state.arrange, "grid"), "G", "grid",
-                checked=partial(arranged, "grid")),
-        command("arrange_one-and-more", "One large view", "Show the active view large and the "
-                "others small.", partial(state.arrange, "one-and-more"), "Shift+M",
-                "one-and-more", checked=partial(arranged, "one-and-more")),
-        command("arrange_single", "Single view", "Show only the active view, or all views again.",
-                view.toggle_single, "M", "single", checked=partial(arranged, "single")),
+        *(command(f"arrange_{icon}", text, tip, do, keys, icon,
+                  checked=lambda icon=icon: state.arrangement == icon)
+          for icon, text, tip, do, keys in (
+            ("grid", "All views", "Show all views at the same size.",
+             partial(state.arrange, "grid"), "G"),
+            ("one-and-more", "One large view", "Show the active view large and the others small.",
+             partial(state.arrange, "one-and-more"), "Shift+M"),
+            ("single", "Single view", "Show only the active view, or all views again.",
+             lambda: state.arrange("grid" if state.arrangement == "single" else "single"), "M"))),
         command("next_view", "Next view", "Make the next view the active one.",
                 partial(state.activate_next, 1), "V"),
         command("previous_view", "Previous view", "Make the previous view the active one.",
@@ -170,14 +158,13 @@ def _light(session: Session, state: ViewState) -> list[Command]:
 def _scene(
     session: Session, state: ViewState, scene: SceneView, view: ViewController
 ) -> list[Command]:
-    def is_coloured(kind: PointColour) -> bool:
-        return state.point_colour == kind
 
     menu = f"{_MENU}/3-D scene"
     colours = [
         Menu(menu, session.no_depth).command(
             f"points_{kind}", text, f"Colour the scene's {text[0].lower()}{text[1:]}.",
-            partial(state.colour_points, kind), icon="points", checked=partial(is_coloured, kind),
+            partial(state.colour_points, kind), icon="points",
+            checked=lambda kind=kind: state.point_colour == kind,
         )
         for kind, text in POINT_COLOURS.items()
     ]  # fmt: skip
@@ -201,9 +188,7 @@ def _scene(
 
 def _playback(session: Session, transport: Transport) -> list[Command]:
     document, command = session.document, Menu("&Go", session.no_frames).command
-
-    def step(by: int) -> Callable[[], None]:
-        return partial(document.step, by)
+    step = partial(partial, document.step)
 
     return [
         command("play", "Play / pause", "Play at the recording's frame rate, or pause.",
@@ -234,7 +219,7 @@ def register(context: Context) -> ViewController:
     context.actions.add([
         *_pictures(session, state),
         *_overlays(session, state, view),
-        *_arrangements(session, state, view),
+        *_arrangements(session, state),
         *_zoom(session, state, view, FirstZoom(context)),
         *_light(session, state),
         *_scene(session, state, docks.scene, view),
@@ -245,5 +230,5 @@ def register(context: Context) -> ViewController:
     colours = [action(f"points_{kind}") for kind in POINT_COLOURS]
     sides = [action(f"scene_from_{side}") for side in SCENE_SIDES]
     menus = [("Point colours", "theme", colours), ("Standard views", "scene", sides)]
-    dock.setTitleBarWidget(SceneBar(dock.windowTitle(), layers, menus))
+    dock.setTitleBarWidget(scene_bar(dock.windowTitle(), layers, menus))
     return view

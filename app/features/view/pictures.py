@@ -14,14 +14,7 @@ from stereotrack_core.recording.keypoint_names import LANDMARK_OF
 from stereotrack_core.recording.keypoints import Keypoints
 
 from ...session.view_state import InsideScene, Instant, Marked, PictureKind
-from ...widgets.camera.overlays import (
-    Overlay,
-    Projection,
-    ghost_paths,
-    limb_paths,
-    part_shapes,
-    projected,
-)
+from ...widgets.camera.overlays import Overlay, Projection, limb_paths, part_shapes, projected
 from ...widgets.camera.picture import Picture
 from ...widgets.style.colours import LANDMARK_LIMBS, LIMB_COLOURS
 
@@ -139,8 +132,13 @@ def _picture(instant: Instant, view: View, kind: PictureKind, overlays: frozense
         return made(pixels, problem, turn, overlay, camera=name, value_at=value)
     if depth is None:
         return made(None, problem or f"View {view.name} has no depth map in this frame.")
-    pixels = _depth_pixels(kind, depth)
-    if pixels is None:
+    if kind == "foreground":
+        pixels = foreground_picture(depth.range_z, depth.foreground)
+    elif kind == "depth":
+        pixels = coloured(-depth.range_z)
+    elif depth.disparity is not None:
+        pixels = coloured(depth.disparity)
+    else:
         return made(None, "A depth camera has no disparity map.")
     project, eye = depth_projection(depth.geometry), depth.geometry.world_from_depth.translation
     overlay = partial(_overlay, instant, view.name, project, eye, overlays)
@@ -159,8 +157,7 @@ def _overlay(
     shapes = part_shapes(instant.meshes, project, eye, wire="wire" in shown)
     reference = instant.reference
     points = pairs = limbs = None
-    found = instant.keypoints if camera else None
-    cloud = instant.cloud
+    found, cloud = instant.keypoints if camera else None, instant.cloud
     if "points" in shown and cloud is not None and view in cloud.view_names:
         points = project(cloud.points[cloud.view == cloud.view_names.index(view)])
     matched = instant.correspondences
@@ -172,8 +169,8 @@ def _overlay(
         paths=limb_paths(shapes),
         reference=project(reference) if reference is not None else None,
         reference_is_old=instant.reference_is_old,
-        ghosts=tuple(
-            (ghost.style, ghost_paths(ghost.meshes, project))
+        ghosts=tuple(  # they are not shaded: no part has to be in front
+            (ghost.style, limb_paths(part_shapes(ghost.meshes, project, np.zeros(3), wire=False)))
             for ghost in (instant.ghosts if "others" in shown else ())
         ),
         points=points,
@@ -182,16 +179,6 @@ def _overlay(
         inside=None if instant.inside is None else projected(instant.inside, project),
         keypoints=None if found is None else keypoint_drawing(found, camera),
     )
-
-
-def _depth_pixels(kind: PictureKind, depth: ViewDepth) -> ImageArray | None:
-    match kind:
-        case "disparity":
-            return coloured(depth.disparity) if depth.disparity is not None else None
-        case "foreground":
-            return foreground_picture(depth.range_z, depth.foreground)
-        case _:
-            return coloured(-depth.range_z)
 
 
 def coloured(values: Float32Array, emphasis: BoolArray | None = None) -> ImageArray:

@@ -1,11 +1,10 @@
 """Facts about one instant become the content of the 3-D scene."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import cv2
 import numpy as np
 import scipy
-from numpy.typing import ArrayLike
 
 from stereotrack_core.arrays import FloatArray, ImageArray, IntArray
 from stereotrack_core.body.angles import THESIS_JOINTS, pose_of_state
@@ -21,7 +20,7 @@ from stereotrack_core.tracking.frame import TrackedFrame
 from ...session.runs import RunEntry
 from ...session.view_state import Instant, PointColour
 from ...widgets.scene.content import Ellipsoid, PointLegend, SceneContent
-from ...widgets.style.colours import LANDMARK_LIMBS, limb_rgb, limb_words
+from ...widgets.style.colours import LANDMARK_LIMBS, LIMB_COLOURS, limb_words
 
 POINT_COLOURS: dict[PointColour, str] = {
     "view": "Points by view",
@@ -52,8 +51,7 @@ def scene_of(
     points, colours, legend = np.empty((0, 3)), np.empty((0, 3), np.uint8), None
     if cloud is not None:
         points = cloud.points
-        colours = point_colours(cloud, meshes, colour, dark=dark)
-        legend = point_legend(cloud, meshes, colour, dark=dark)
+        colours, legend = coloured_points(cloud, meshes, colour, dark=dark)
     recording = instant.recording
     cameras = tuple(recording.reference_camera(view) for view in recording.views)
     return SceneContent(
@@ -64,37 +62,27 @@ def scene_of(
     )  # fmt: skip
 
 
-def point_colours(
+def coloured_points(
     cloud: Cloud, meshes: Sequence[PartMesh], colour: PointColour, *, dark: bool = True
-) -> ImageArray:
-    """Colours (N, 3) of a cloud; without a model they go by view."""
+) -> tuple[ImageArray, PointLegend]:
+    """Colours (N, 3) of a cloud and what they mean; without a model they go by view."""
     if colour == "view" or not meshes:
-        return _by_view(cloud.view, dark=dark)
+        of_views = _by_view(np.arange(len(cloud.view_names)), dark=dark)
+        legend = _legend("Points by view:", cloud.view_names, of_views)
+        return _by_view(cloud.view, dark=dark), legend
     distance, limb = _nearest(cloud.points, meshes)
     if colour == "limb":
-        by_limb = np.array([limb_rgb(name) for name in LIMBS], dtype=np.uint8)
-        return by_limb[limb]
-    return _by_distance(distance)
-
-
-def point_legend(
-    cloud: Cloud, meshes: Sequence[PartMesh], colour: PointColour, *, dark: bool = True
-) -> PointLegend:
-    """What :func:`point_colours` mean."""
-    if colour == "view" or not meshes:
-        colours = _by_view(np.arange(len(cloud.view_names)), dark=dark)
-        return _legend("Points by view:", cloud.view_names, colours)
-    if colour == "limb":
-        names = [limb_words(limb) for limb in LIMBS]
-        return _legend("Points by nearest limb:", names, [limb_rgb(limb) for limb in LIMBS])
+        by_limb = np.array([[*bytes.fromhex(LIMB_COLOURS[name][1:])] for name in LIMBS], np.uint8)
+        return by_limb[limb], _legend("Points by nearest limb:", map(limb_words, LIMBS), by_limb)
     metres = np.linspace(0.0, _FULL_DISTANCE, 5)
     words = [f"{1000.0 * one:.0f}" for one in metres[:-1]]
     words.append(f"{1000.0 * _FULL_DISTANCE:.0f} mm and more")
-    return _legend("Points by distance to the model:", words, _by_distance(metres))
+    legend = _legend("Points by distance to the model:", words, _by_distance(metres))
+    return _by_distance(distance), legend
 
 
-def _legend(title: str, names: Sequence[str], colours: ArrayLike) -> PointLegend:
-    rows = zip(names, np.asarray(colours).tolist(), strict=True)
+def _legend(title: str, names: Iterable[str], colours: ImageArray) -> PointLegend:
+    rows = zip(names, colours.tolist(), strict=True)
     return PointLegend(title, tuple((name, (r, g, b)) for name, (r, g, b) in rows))
 
 

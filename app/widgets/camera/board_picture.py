@@ -10,7 +10,7 @@ from PySide6.QtGui import QColor
 from stereotrack_core.arrays import BoolArray, FloatArray, ImageArray
 
 from ..plots.plots import dress_plot, new_plot, shade
-from ..style.building import label, vbox
+from ..style.building import label, named, vbox
 from ..style.theme import Dressed, current_theme
 
 ENLARGED = 20.0  # how much longer errors are drawn than they are
@@ -42,9 +42,7 @@ class BoardPicture(Dressed):
         super().__init__()
         self._nothing = nothing
         self.shot: BoardShot | None = None
-        self.setAccessibleName(name)
-        self.setToolTip(tip)
-        self.setMinimumSize(160, 100)
+        named(self, name, tip).setMinimumSize(160, 100)
         self.words = label("", "muted", align=Qt.AlignmentFlag.AlignCenter)
         self._plot = new_plot(self)
         for side in ("left", "bottom"):
@@ -109,8 +107,5 @@ def _show_image(item: pg.ImageItem, image: ImageArray | None, box: QRectF) -> No
 
 def _tinted(cells: BoolArray) -> ImageArray:
     """The theme's green where a cell is reached, else hardly any colour (r, c, 4)."""
-    theme = current_theme()
-    tints = np.array(
-        [shade(theme.text, 20).getRgb(), shade(theme.good, 90).getRgb()], dtype=np.uint8
-    )
-    return tints[cells.astype(np.intp)]
+    tints = shade(current_theme().text, 20), shade(current_theme().good, 90)
+    return np.array([one.getRgb() for one in tints], np.uint8)[cells.astype(np.intp)]

@@ -35,19 +35,14 @@ class CameraTile(QFrame):
         self.name, self.note = label(view.name, "heading", wraps=False), label(wraps=False)
         words = PICTURE_KINDS | {"image": "Right image" if view.kind == "stereo" else "Image"}
         kinds = [(kind, words[kind]) for kind in kinds_of(view)]
-        self.kind = choice(f"Image shown in view {view.name}", kinds, "Image shown in this view")
+        self.kind = choice(
+            f"Image shown in view {view.name}", kinds, "Image shown in this view",
+            lambda kind: grid.choose_kind(kind, view.name),
+        )  # fmt: skip
         self.kind.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         head = hbox(self.name, self.kind, (self.note, 1), margins=(8, 2, 4, 2), spacing=8)
         self.setLayout(vbox(head, (self.camera, 1), spacing=0))
         self.kind.setVisible(len(kinds) > 1)  # alone it would be a window for a moment
-        self.kind.activated.connect(lambda: grid.choose_kind(self.kind.currentData(), view.name))
-
-    def show_picture(self, picture: Picture) -> None:
-        """Show a picture with its message."""
-        self.camera.show_picture(picture)
-        note = picture.message if picture.pixels is not None else ""
-        self.note.setText(note)
-        self.note.setToolTip(note)
 
 
 class CameraGrid(ViewActs):
@@ -124,7 +119,10 @@ class CameraGrid(ViewActs):
     def show_pictures(self, pictures: Sequence[Picture]) -> None:
         for picture in pictures:
             if tile := self.tiles.get(picture.view):
-                tile.show_picture(picture)
+                tile.camera.show_picture(picture)
+                note = picture.message if picture.pixels is not None else ""
+                tile.note.setText(note)
+                tile.note.setToolTip(note)
 
     def show_kinds(self, kinds: Mapping[str, PictureKind]) -> None:
         for name, kind in kinds.items():
@@ -176,19 +174,15 @@ class CameraGrid(ViewActs):
         if places == self._places:
             return
         self._places = places
+        wide, rows = _shares(places, self._aspects)
         for line in range(len(self.tiles) + 1):
-            self._layout.setRowStretch(line, 0)
-            self._layout.setColumnStretch(line, 0)
+            self._layout.setRowStretch(line, line < rows)
+            self._layout.setColumnStretch(line, round(100 * wide.get(line, 0.0)))
         for name, tile in self.tiles.items():
             self._layout.removeWidget(tile)
             tile.setVisible(name in shown)
         for name, place in places.items():
             self._layout.addWidget(self.tiles[name], *place)
-        wide, rows = _shares(places, self._aspects)
-        for column, share in wide.items():
-            self._layout.setColumnStretch(column, round(100 * share))
-        for row in range(rows):
-            self._layout.setRowStretch(row, 1)
 
 
 def _places(names: Sequence[str], columns: int, large: str) -> _Places:

@@ -35,11 +35,8 @@ _COMPUTED = (
 )
 
 
-_BY_KEYS = {
-    Qt.FocusReason.TabFocusReason,
-    Qt.FocusReason.BacktabFocusReason,
-    Qt.FocusReason.ShortcutFocusReason,
-}
+_REASONS = Qt.FocusReason
+_BY_KEYS = {_REASONS.TabFocusReason, _REASONS.BacktabFocusReason, _REASONS.ShortcutFocusReason}
 
 
 class ViewActs(QWidget):
@@ -105,7 +102,7 @@ class CameraView(PictureView):
         if marks is None or before is None or marks.frame != before.frame or at_once:
             self._keep_person()  # never while clicks are placed in the frame that is shown
         self._show_cursor()
-        self.update_soon()
+        self._redraw.soon(self.repaint)
 
     def set_crosshair(self, pixel: QPointF | None) -> None:
         if pixel != self.crosshair:
@@ -179,13 +176,12 @@ class CameraView(PictureView):
         painter.restore()
         shown = self._display.overlays
         paint_overlay(painter, self.picture.overlay, shown, self._display.highlighted, transform)
-        marks, preview = self.marks, self._hand.preview()
-        if marks is not None and preview is not None:
-            landmark, pixel = preview
-            marks = marks.with_moved(landmark, pixel.x(), pixel.y())
-        if marks is not None:
-            paint_marks(painter, marks, transform, shown, QRectF(self.rect()))
-        if marks is not None and self.crosshair is not None:
+        if (marks := self.marks) is None:
+            return
+        if (preview := self._hand.preview()) is not None:
+            marks = marks.with_moved(preview[0], preview[1].x(), preview[1].y())
+        paint_marks(painter, marks, transform, shown, QRectF(self.rect()))
+        if self.crosshair is not None:
             paint_crosshair(painter, transform.map(self.crosshair), marks.offer.colour)
 
     def wheelEvent(self, event: QWheelEvent) -> None:

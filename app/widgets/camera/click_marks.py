@@ -120,21 +120,14 @@ class ClickMarks:
 
     def on_curve(self, pixel: QPointF) -> QPointF | None:
         """The point of the epipolar curves that is nearest to a raw pixel; None without curves."""
-        found: list[tuple[float, FloatArray]] = []
-        place = np.array(pixel.toTuple())
-        for curve in self.curves:
-            start, way = curve.points[:-1], np.diff(curve.points, axis=0)
-            length = np.maximum(np.square(way).sum(axis=1), 1e-12)
-            share = np.clip(((place - start) * way).sum(axis=1) / length, 0.0, 1.0)
-            nearest = start + share[:, None] * way
-            away = np.linalg.norm(nearest - place, axis=1)
-            if np.isfinite(away).any():
-                best = int(np.nanargmin(away))
-                found.append((float(away[best]), nearest[best]))
-        if not found:
-            return None
-        x, y = min(found, key=lambda one: one[0])[1].tolist()
-        return QPointF(x, y)
+        place, none = np.array(pixel.toTuple()), np.empty((0, 2))
+        start = np.concatenate([none, *(curve.points[:-1] for curve in self.curves)])
+        way = np.concatenate([none, *(np.diff(curve.points, axis=0) for curve in self.curves)])
+        length = np.maximum(np.square(way).sum(axis=1), 1e-12)
+        share = np.clip(((place - start) * way).sum(axis=1) / length, 0.0, 1.0)
+        nearest = start + share[:, None] * way
+        away = np.linalg.norm(nearest - place, axis=1)
+        return QPointF(*nearest[np.nanargmin(away)]) if np.isfinite(away).any() else None
 
     def person_box(self) -> QRectF | None:
         """Box around the clicks and the model that is fitted to them, in pixels."""

@@ -49,7 +49,11 @@ def paint_marks(
 
     clicks = [(one, at(one)) for one in marks.clicks if "clicks" in shown]
     predictions = [(one, at(one)) for one in marks.predictions if "predictions" in shown]
-    curves = [(one, _line_of(one, to_widget)) for one in marks.curves if "epipolar" in shown]
+    curves = [
+        (one, to_widget.map(QPolygonF([QPointF(x, y) for x, y in one.points.tolist()])))
+        for one in marks.curves
+        if "epipolar" in shown
+    ]
     if "fit" in shown:
         _paint_model(painter, marks, to_widget)
     for curve, line in curves:
@@ -65,7 +69,8 @@ def paint_marks(
     for click, place in sorted(clicks, key=_importance):
         _paint_ring(painter, click, place)
         _paint_dot(painter, click, place)
-    _write_names(_Names(painter, bounds), clicks, predictions, curves)
+    names = _Names(painter, bounds, [place for _, place in clicks])
+    _write_names(names, clicks, predictions, curves)
 
 
 def _write_names(
@@ -74,7 +79,6 @@ def _write_names(
     predictions: Sequence[tuple[PredictionMark, QPointF]],
     curves: Sequence[tuple[CurveMark, QPolygonF]],
 ) -> None:
-    names.keep_free([place for _, place in clicks])
     for click, place in sorted(clicks, key=_importance, reverse=True):
         whole = click.chosen or click.at_hand
         text = click.label if whole else short_label(click.label)
@@ -98,10 +102,6 @@ def short_label(label: str) -> str:
     """``L elbow`` for ``left elbow``; names without a side stay."""
     side, _, rest = label.partition(" ")
     return f"{side[0].upper()} {rest}" if side in {"left", "right"} and rest else label
-
-
-def _line_of(curve: CurveMark, to_widget: QTransform) -> QPolygonF:
-    return to_widget.map(QPolygonF([QPointF(x, y) for x, y in curve.points.tolist()]))
 
 
 def _paint_dot(painter: QPainter, mark: ClickMark, place: QPointF) -> None:
@@ -206,14 +206,10 @@ class _Names:
     above or below with a line that leads to its point.
     """
 
-    def __init__(self, painter: QPainter, bounds: QRectF) -> None:
-        self._painter, self.bounds = painter, bounds
-        self._taken: list[QRectF] = []
-        self._dots: Sequence[QPointF] = ()
-
-    def keep_free(self, dots: Sequence[QPointF]) -> None:
-        reach, self._dots = QPointF(DOT, DOT), dots
-        self._taken += [QRectF(dot - reach, dot + reach) for dot in dots]
+    def __init__(self, painter: QPainter, bounds: QRectF, dots: Sequence[QPointF]) -> None:
+        self._painter, self.bounds, self._dots = painter, bounds, dots
+        reach = QPointF(DOT, DOT)
+        self._taken = [QRectF(dot - reach, dot + reach) for dot in dots]
 
     def write(self, text: str, place: QPointF, *, whole: bool) -> None:
         """Write a name; one that is not `whole` only where there is room for it."""
@@ -221,8 +217,9 @@ class _Names:
         font = _small_font(painter, bold=whole)
         metrics = QFontMetricsF(font)
         size = (metrics.horizontalAdvance(text) + 6.0, metrics.height())
-        beside, apart = _beside(place, *size), _apart(place, *size)
-        free = [box for box in (*beside, *apart) if self._has_room(box)]
+        beside, apart = _boxes(place, *size)
+        inside = (box for box in (*beside, *apart) if self.bounds.contains(box))
+        free = [box for box in inside if not any(map(box.intersects, self._taken))]
         free = [box for box in free if box in apart or self._is_own(box, place)]
         if not free and not whole:
             return  # two names over each other could not be read; the colour tells
@@ -233,9 +230,6 @@ class _Names:
             line.lineTo(box.center().x(), box.bottom() if box.y() < place.y() else box.top())
             stroke(painter, line, QPen(_DARK, 3.0), QPen(_WHITE, 1.2))
         _write(painter, box, text, font, 150 if whole else 110)
-
-    def _has_room(self, box: QRectF) -> bool:
-        return self.bounds.contains(box) and not any(map(box.intersects, self._taken))
 
     def _is_own(self, box: QRectF, place: QPointF) -> bool:
         """Whether every other dot is clearly farther from a name than its own."""
@@ -249,18 +243,14 @@ def _distance(box: QRectF, place: QPointF) -> float:
     return hypot(*away)
 
 
-def _beside(place: QPointF, width: float, height: float) -> list[QRectF]:
-    """Boxes to the right and left of a point."""
-    gap, y = DOT + 5.0, place.y() - 0.5 * height
-    return [QRectF(x, y, width, height) for x in (place.x() + gap, place.x() - gap - width)]
-
-
-def _apart(place: QPointF, width: float, height: float) -> list[QRectF]:
-    """Boxes above and below a point, the nearest first."""
-    x, gap = place.x() - 0.5 * width, RING + 6.0
-    away = (gap, gap + height + 2.0)
-    rows = [y for one in away for y in (place.y() - one - height, place.y() + one)]
-    return [QRectF(x, y, width, height) for y in rows]
+def _boxes(place: QPointF, width: float, height: float) -> tuple[list[QRectF], list[QRectF]]:
+    """Boxes to the right and left of a point, and above and below it, the nearest first."""
+    x, y, gap, far = place.x(), place.y(), DOT + 5.0, RING + 6.0
+    beside = [(x + gap, y - 0.5 * height), (x - gap - width, y - 0.5 * height)]
+    away = (far, far + height + 2.0)
+    apart = [(x - 0.5 * width, top) for one in away for top in (y - one - height, y + one)]
+    one, other = ([QRectF(*corner, width, height) for corner in each] for each in (beside, apart))
+    return one, other
 
 
 def _small_font(painter: QPainter, *, bold: bool = False) -> QFont:

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import TypeVar
 
@@ -19,13 +19,13 @@ _STILL = 3.0
 _Mark = TypeVar("_Mark", ClickMark, PredictionMark)
 
 
-@dataclass(frozen=True)
+@dataclass
 class _Press:
     start: QPointF
     now: QPointF
     mark: ClickMark | PredictionMark | None
     offset: QPointF
-    dragging: bool
+    dragging: bool = False
 
 
 class ClickHand:
@@ -59,13 +59,12 @@ class ClickHand:
     def press(self, position: QPointF, marks: ClickMarks) -> None:
         mark = self.handle_at(position, marks)
         place = self._ground.place_of(mark.x, mark.y) if mark is not None else position
-        self._press = _Press(position, position, mark, position - place, dragging=False)
+        self._press = _Press(position, position, mark, position - place)
 
     def move(self, position: QPointF) -> None:
-        press = self._press
-        if press is not None:
-            far = (position - press.start).manhattanLength() > _STILL
-            self._press = replace(press, now=position, dragging=press.dragging or far)
+        if self._press is not None:
+            self._press.now = position
+            self._press.dragging |= (position - self._press.start).manhattanLength() > _STILL
 
     def let_go(self) -> None:
         self._press = None
@@ -158,9 +157,8 @@ def loupe(
 
 _BOX = (
     "background: rgba(16, 16, 16, 225); border: 1px solid rgba(255, 255, 255, 90);"
-    " border-radius: 4px;"
+    " border-radius: 4px; color: #FFFFFF;"
 )
-_PLAIN = "#FFFFFF"
 _WIDEST = 250
 _PADDING = 5
 _DOT = 4
@@ -195,8 +193,7 @@ class CursorLabel(QLabel):
             self.setText(words)
             self.setAccessibleName(words)
             self.setStyleSheet(
-                f"{_BOX} color: {_PLAIN};"
-                f" padding: 0 {_PADDING}px 0 {self._indent()}px;"
+                f"{_BOX} padding: 0 {_PADDING}px 0 {self._indent()}px;"
                 f" font-weight: {'bold' if colour else 'normal'};"
             )
         size = self._size_in(self._ground.size())
@@ -210,7 +207,7 @@ class CursorLabel(QLabel):
         if self.colour:  # the dot that a click would draw
             painter = QPainter(self)
             painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-            painter.setPen(QColor(_PLAIN))
+            painter.setPen(QColor("white"))
             painter.setBrush(QColor(self.colour))
             painter.drawEllipse(QPointF(_PADDING + _DOT, self.height() / 2), _DOT, _DOT)
             painter.end()

@@ -51,7 +51,8 @@ class FilmView(QWidget):
 
     def area_of(self, cell: FilmCell) -> QRectF:
         """Where a cell stands."""
-        rows, columns = self._rows(), self._columns()
+        rows = list(dict.fromkeys(one.view for one in self._cells))
+        columns = list(dict.fromkeys(one.frame for one in self._cells))
         room = (self.width() - _NAME) / len(columns), (self.height() - _HEAD) / len(rows)
         side = max(min(room) - _GAP, 1.0)
         left = _NAME + columns.index(cell.frame) * (side + _GAP)
@@ -63,10 +64,8 @@ class FilmView(QWidget):
         for cell in self._cells:
             area = self.area_of(cell)
             if area.contains(event.position()):
-                place = event.position() - area.topLeft()
-                self._clicked(
-                    cell, cell.pixel_at(place.x() / area.width(), place.y() / area.width())
-                )
+                place = (event.position() - area.topLeft()) / area.width()
+                self._clicked(cell, cell.pixel_at(place.x(), place.y()))
                 return
 
     def paintEvent(self, _event: QPaintEvent) -> None:
@@ -79,9 +78,8 @@ class FilmView(QWidget):
             here = cell.frame == self._frame
             painter.setPen(QColor(theme.playhead if here else theme.muted))
             if cell.view == self._cells[0].view:
-                painter.drawText(
-                    QRectF(area.left(), 0, area.width(), _HEAD), centre, str(cell.frame)
-                )
+                head = QRectF(area.left(), 0, area.width(), _HEAD)
+                painter.drawText(head, centre, str(cell.frame))
             if cell.frame == self._cells[0].frame:
                 painter.drawText(QRectF(0, area.top(), _NAME, area.height()), centre, cell.view)
             if here:
@@ -102,9 +100,3 @@ class FilmView(QWidget):
         if (cell, layer) not in self._images:
             self._images[cell, layer] = image_of(cell.pictures[layer]).copy()
         return self._images[cell, layer]
-
-    def _rows(self) -> list[str]:
-        return list(dict.fromkeys(cell.view for cell in self._cells))
-
-    def _columns(self) -> list[int]:
-        return list(dict.fromkeys(cell.frame for cell in self._cells))

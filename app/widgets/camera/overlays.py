@@ -95,12 +95,8 @@ class Overlay:
 
 def projected(inside: InsideScene, project: Projection) -> InsideScene:
     """What a step draws, in a picture."""
-    silhouettes = tuple(
-        Marked(ghost.name, _hull(cone))
-        for ghost in inside.ghosts
-        for cone in project(ghost.places)
-        if _usable(cone)
-    )
+    cones = ((ghost.name, cone) for ghost in inside.ghosts for cone in project(ghost.places))
+    silhouettes = tuple(Marked(name, _hull(cone)) for name, cone in cones if _usable(cone))
     lines, dots = (
         tuple(Marked(each.name, project(each.places)) for each in marked)
         for marked in (inside.lines, inside.dots)
@@ -118,22 +114,13 @@ def part_shapes(
     if not meshes:
         return ()
     pixels = project(np.concatenate([mesh.vertices for mesh in meshes]))
+    ends = np.cumsum([len(mesh.vertices) for mesh in meshes])
     shapes = []
-    start = 0
-    for mesh in meshes:
-        own = pixels[start : start + len(mesh.vertices)]
-        start += len(mesh.vertices)
-        if not _usable(own):
-            continue
-        shapes.append(
-            PartShape(
-                mesh.limb,
-                _hull(own),
-                own[[0, -1]],
-                _facing_edges(mesh, own, eye) if wire else np.empty((0, 2, 2)),
-                float(np.linalg.norm(mesh.vertices.mean(axis=0) - eye)),
-            )
-        )
+    for mesh, own in zip(meshes, np.split(pixels, ends[:-1]), strict=True):
+        if _usable(own):
+            edges = _facing_edges(mesh, own, eye) if wire else np.empty((0, 2, 2))
+            distance = float(np.linalg.norm(mesh.vertices.mean(axis=0) - eye))
+            shapes.append(PartShape(mesh.limb, _hull(own), own[[0, -1]], edges, distance))
     return tuple(sorted(shapes, key=lambda shape: -shape.distance))
 
 
@@ -166,13 +153,6 @@ def limb_paths(shapes: Sequence[PartShape]) -> tuple[tuple[str, QPainterPath], .
     for shape in shapes:
         united[shape.limb] = united.get(shape.limb, QPainterPath()).united(_outline(shape.outline))
     return tuple(united.items())
-
-
-def ghost_paths(
-    meshes: Sequence[PartMesh], project: Projection
-) -> tuple[tuple[str, QPainterPath], ...]:
-    """Outline of each limb of a model that is not shaded, so that no part has to be in front."""
-    return limb_paths(part_shapes(meshes, project, np.zeros(3), wire=False))
 
 
 def stroke(painter: QPainter, path: QPainterPath, *pens: QPen, fill: QColor | None = None) -> None:
@@ -284,8 +264,9 @@ def _paint_skeleton(painter: QPainter, landmarks: FloatArray, to_widget: QTransf
     place = dict(zip(LANDMARKS, landmarks, strict=True))
     neck = 0.5 * (place["left_shoulder"] + place["right_shoulder"])
     bones = {"head": [(neck, place["head"])]}
-    for a, b in SKELETON:
-        bones.setdefault(_limb_of(a, b), []).append((place[a], place[b]))
+    for a, b in SKELETON:  # the limb of the outer end; what leads to a shoulder is the torso
+        limb = "torso" if "shoulder" in b else LANDMARK_LIMBS[b]
+        bones.setdefault(limb, []).append((place[a], place[b]))
     every = np.array([bone for limb in bones.values() for bone in limb])
     stroke(painter, to_widget.map(_segments_path(every)), _line(_DARK, 4.2))
     for limb, own in bones.items():
@@ -295,14 +276,6 @@ def _paint_skeleton(painter: QPainter, landmarks: FloatArray, to_widget: QTransf
     for point in landmarks[np.isfinite(landmarks).all(axis=1)]:
         joints.addEllipse(to_widget.map(QPointF(*point)), 3.0, 3.0)
     stroke(painter, joints, _line(QColor(0, 0, 0, 200), 1.0), fill=QColor("white"))
-
-
-def _limb_of(a: str, b: str) -> str:
-    """The limb that a line of the skeleton belongs to: that of its outer end."""
-    limbs = {LANDMARK_LIMBS[a], LANDMARK_LIMBS[b]}
-    if "hip" in a or (a, b) == ("left_shoulder", "right_shoulder"):
-        return "torso"
-    return LANDMARK_LIMBS[b] if len(limbs) > 1 or "elbow" in b else LANDMARK_LIMBS[a]
 
 
 def _colour(limb: str) -> QColor:

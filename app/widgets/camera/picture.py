@@ -63,16 +63,6 @@ def alike(a: Any, b: Any) -> bool:
     return bool(a == b)
 
 
-def brightened(pixels: ImageArray, brightness: float, contrast: float) -> ImageArray:
-    """Picture with another brightness (-1 to 1) and contrast (factor); a copy for display only."""
-    if brightness == 0.0 and contrast == 1.0:
-        return pixels
-    levels = np.arange(256.0)
-    table = np.clip((levels - 127.5) * contrast + 127.5 + 255.0 * brightness, 0, 255)
-    result: ImageArray = table.astype(np.uint8)[pixels]
-    return result
-
-
 def image_of(pixels: ImageArray) -> QImage:
     """An image of grey or BGR pixels (H, W) or (H, W, 3), which lives no longer than they do."""
     whole = np.ascontiguousarray(pixels)
@@ -144,9 +134,6 @@ class PictureView(QWidget):
         if painted is None or wanted is None or not wanted.looks_like(painted):
             self._keep_person()
             self.repaint()
-
-    def update_soon(self) -> None:
-        self._redraw.soon(self.repaint)
 
     def set_display(self, display: Display) -> None:
         old, self._display = self._display, display
@@ -222,9 +209,12 @@ class PictureView(QWidget):
     def _image_of(self, pixels: ImageArray) -> QImage:
         """The picture as it is painted, made when that is done first."""
         if self._image is None:
+            brightness, contrast = self._display.brightness, self._display.contrast
+            if (brightness, contrast) != (0.0, 1.0):
+                levels = (np.arange(256.0) - 127.5) * contrast + 127.5 + 255.0 * brightness
+                pixels = np.clip(levels, 0, 255).astype(np.uint8)[pixels]
             # what is drawn most often is kept as the screen wants it; the copy owns its memory
-            lit = brightened(pixels, self._display.brightness, self._display.contrast)
-            self._image = image_of(lit).convertToFormat(QImage.Format.Format_RGB32)
+            self._image = image_of(pixels).convertToFormat(QImage.Format.Format_RGB32)
         return self._image
 
     def _upright(self) -> QTransform:

@@ -22,7 +22,7 @@ from PySide6.QtWidgets import (
 from stereotrack_core.errors import InputError
 from stereotrack_core.project.exporting import ExportFormat
 
-from ..style.building import Item, label, show_text, vbox
+from ..style.building import Item, label, named, show_text, vbox
 from ..style.theme import set_look
 from .numbers import NumberField, WholeNumberField, refusal_in
 
@@ -110,12 +110,10 @@ def ask_for_text(
 Use: TypeAlias = Callable[[Path], object]
 """What is done with the file or folder that a person chooses; nothing where none is chosen."""
 
-_ALL = "All files (*)"
-
 
 def ask_to_open(parent: QWidget, title: str, start: Path | str, files: str, use: Use) -> None:
     """Let the person choose a file to read; `files` are shown first, all others on request."""
-    chosen, _ = QFileDialog.getOpenFileName(parent, title, str(start), f"{files};;{_ALL}")
+    chosen, _ = QFileDialog.getOpenFileName(parent, title, str(start), f"{files};;All files (*)")
     if chosen:
         use(Path(chosen))
 
@@ -124,7 +122,7 @@ def ask_to_open_several(
     parent: QWidget, title: str, start: Path | str, files: str, use: Callable[[list[Path]], object]
 ) -> None:
     """Let the person choose files to read together."""
-    chosen, _ = QFileDialog.getOpenFileNames(parent, title, str(start), f"{files};;{_ALL}")
+    chosen, _ = QFileDialog.getOpenFileNames(parent, title, str(start), f"{files};;All files (*)")
     if chosen:
         use([Path(one) for one in chosen])
 
@@ -195,19 +193,15 @@ def ask_to_export(
         elif typed is not None and path.suffix.lower() not in form.suffixes:
             form = typed
         named = form.named(path)
-        # the dialog has asked about the file that was chosen, and about no other
-        use(named if str(named) == chosen else free_path(named), form)
+        names = chain((named,), (named.with_stem(f"{named.stem}-{k}") for k in count(2)))
+        if str(named) != chosen:  # which the dialog has asked about, and about no other
+            named = next(one for one in names if not one.exists())
+        use(named, form)
 
     dialog.setDefaultSuffix(formats[0].suffixes[0])
     dialog.filterSelected.connect(follow)
     dialog.fileSelected.connect(take)
     dialog.show()
-
-
-def free_path(path: Path) -> Path:
-    """The path, or one like it of which there is no file yet."""
-    names = (path.with_stem(f"{path.stem}-{number}") for number in count(2))
-    return next(one for one in chain((path,), names) if not one.exists())
 
 
 def ask_for_folder(parent: QWidget, title: str, start: Path | str, use: Use) -> None:
@@ -225,17 +219,11 @@ def say_in(words: QLabel, text: str, *, error: bool = False) -> None:
 
 def push_button(text: str, do: Callable[[], object], tip: str = "") -> QPushButton:
     """A button that Enter in a field of the form does not press."""
-    button = QPushButton(text)
-    button.setToolTip(tip)
-    button.setAutoDefault(False)
+    button = named(QPushButton(text, autoDefault=False), tip=tip)
     button.clicked.connect(lambda _checked=False: do())
     return button
 
 
 def line_edit(name: str, text: str = "", placeholder: str = "", tip: str = "") -> QLineEdit:
     """A line to type in, with what a screen reader calls it."""
-    edit = QLineEdit(text)
-    edit.setAccessibleName(name)
-    edit.setPlaceholderText(placeholder)
-    edit.setToolTip(tip)
-    return edit
+    return named(QLineEdit(text, placeholderText=placeholder), name, tip)

@@ -7,7 +7,7 @@ from PySide6.QtCore import QEvent, QMargins, QObject, Qt, QTimer, Signal
 from PySide6.QtWidgets import QApplication, QPushButton, QSizePolicy, QWidget
 
 from ...session.messages import Message
-from ..style.building import Raised, hbox, label, tool_button, vbox
+from ..style.building import Raised, hbox, label, named, tool_button, vbox
 from ..style.theme import icon_named, set_look
 
 _ICONS = {"error": "warning", "warning": "warning", "note": "info"}
@@ -58,8 +58,7 @@ class StateBar(Raised):
         super().__init__("bar")
         self.words = label()
         self.words.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
-        self.button = QPushButton(button)
-        self.button.setToolTip(tip)
+        self.button = named(QPushButton(button), tip=tip)
         self.setLayout(hbox((self.words, 1), self.button, margins=(8, 4, 8, 4)))
         self.setAccessibleName(name)
         self.hide()
@@ -75,8 +74,8 @@ class MessageBar(Raised):
 
     dismissed = Signal(object)  # A person has closed this `Message` without doing what it offers
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__("bar", parent)
+    def __init__(self) -> None:
+        super().__init__("bar")
         self._messages: list[Message] = []
         self.other_buttons: list[QPushButton] = []
         self._icon = tool_button("Message")
@@ -86,9 +85,8 @@ class MessageBar(Raised):
         self._text.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.MinimumExpanding)
         self._more = label("", "muted", wraps=False)
         self.do_button = QPushButton()
-        self.do_button.clicked.connect(self._do)
-        self.close_button = tool_button("Dismiss this message", "close")
-        self.close_button.clicked.connect(self.dismiss)
+        self.do_button.clicked.connect(lambda: self._do())
+        self.close_button = tool_button("Dismiss this message", "close", do=self.dismiss)
         parts = (self._icon, (self._text, 1), self.do_button, self._more, self.close_button)
         self._row = hbox(*parts, margins=(8, 4, 8, 4))
         self.setLayout(self._row)
@@ -123,23 +121,12 @@ class MessageBar(Raised):
         self._messages.clear()
         self._refresh()
 
-    def _do(self) -> None:
+    def _do(self, do: Callable[[], None] | None = None) -> None:
+        """Do what the message that is shown offers, or something else that it offers."""
         message = self.message
-        if message is not None and message.do is not None:
-            self._act(message, message.do)
-
-    def _act(self, message: Message, do: Callable[[], None]) -> None:
-        self.take_back(message)
-        do()
-
-    def _show_others(self, message: Message) -> None:
-        for old in self.other_buttons:
-            old.hide()
-            old.deleteLater()
-        self.other_buttons = [QPushButton(words) for words, _do in message.others]
-        for button, (_words, do) in zip(self.other_buttons, message.others, strict=True):
-            button.clicked.connect(partial(self._act, message, do))
-            self._row.insertWidget(self._row.indexOf(self._more), button)
+        if message is not None and (do := do or message.do) is not None:
+            self.take_back(message)
+            do()
 
     def _refresh(self) -> None:
         message, waiting = self.message, len(self._messages) - 1
@@ -148,7 +135,13 @@ class MessageBar(Raised):
             self._text.setText(message.sentence())
             self.do_button.setVisible(bool(message.button))
             self.do_button.setText(message.button)
-            self._show_others(message)
+            for old in self.other_buttons:
+                old.hide()
+                old.deleteLater()
+            self.other_buttons = [QPushButton(words) for words, _do in message.others]
+            for button, (_words, do) in zip(self.other_buttons, message.others, strict=True):
+                button.clicked.connect(partial(self._do, do))
+                self._row.insertWidget(self._row.indexOf(self._more), button)
             self._more.setText(f"and {waiting} more" if waiting else "")
             self._icon.setIcon(icon_named(_ICONS[message.severity]))
             set_look(self, "edge", message.severity)

@@ -17,7 +17,6 @@ from ..style.theme import set_look
 
 _MOST_DECIMALS = 6
 _REFUSAL_MS = 10_000
-_ENTER = (Qt.Key.Key_Return, Qt.Key.Key_Enter)
 
 
 class NumberField(QDoubleSpinBox):
@@ -104,7 +103,8 @@ class NumberField(QDoubleSpinBox):
         self._agree()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        if event.key() in _ENTER and not self.hasAcceptableInput():
+        enters = event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter)
+        if enters and not self.hasAcceptableInput():
             self._refuse(self.text())
             event.accept()
         else:
@@ -122,20 +122,17 @@ class NumberField(QDoubleSpinBox):
     @Slot()
     def _on_edited(self) -> None:
         self.refusal = ""
-        self._mark(refused=False)
+        set_look(self, "refused", None)
 
     def _refuse(self, text: str) -> None:
         try:
             self.number_in(text)
         except ValueError as problem:
             self.refusal = f"{problem} The field keeps {self._agreed.strip() or 'its number'}."
-        self._mark(refused=self.hasFocus())
+        set_look(self, "refused", self.hasFocus() or None)
         if self.isVisible():
             below = self.mapToGlobal(QPoint(0, self.height() // 2))
             QToolTip.showText(below, self.refusal, self, self.rect(), _REFUSAL_MS)
-
-    def _mark(self, *, refused: bool) -> None:
-        set_look(self, "refused", refused or None)
 
 
 class WholeNumberField(NumberField):

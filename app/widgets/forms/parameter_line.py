@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QCheckBox, QComboBox, QGridLayout, QLineEdit, QWid
 from stereotrack_core.errors import InputError
 from stereotrack_core.parameters import ParameterRow, Value, value_text
 
-from ..style.building import ElidedLabel, choice, label, show_text, tool_button
+from ..style.building import ElidedLabel, choice, label, label_of, show_text, tool_button
 from ..style.theme import set_look
 
 _EDITOR_WIDTH = 116
@@ -39,11 +39,9 @@ class ParameterLine(QWidget):
         self.editor.setFixedWidth(_EDITOR_WIDTH)
         self.editor.setAccessibleName(f"{row.name.replace('_', ' ')} {row.unit}".strip())
         self.editor.setAccessibleDescription(row.help)
-        self.revert_button = tool_button("", "reset", role="plain")
+        self.revert_button = tool_button("", "reset", role="plain", do=self.revert)
         self.revert_button.setAccessibleName(f"Revert {row.name.replace('_', ' ')}")
-        self.revert_button.clicked.connect(self.revert)
-        self._name = label(row.name.replace("_", " "), wraps=False)
-        self._name.setBuddy(self.editor)
+        self._name = label_of(self.editor, row.name.replace("_", " "))
         self._name.setMinimumWidth(60)
         self._summary = ElidedLabel(row.help, self)
         self._help = label(row.help, "muted")
@@ -53,7 +51,18 @@ class ParameterLine(QWidget):
         self._refusal = label("", "error")
         self._refusal.hide()
         self.setToolTip(f"{textwrap.fill(row.help, _TIP_WIDTH)}\n\n--set {row.name}=…")
-        self._lay_out()
+        unit = label(self.row.unit, "muted", wraps=False)
+        unit.setFixedWidth(_UNIT_WIDTH)
+        grid = QGridLayout(self)
+        grid.setContentsMargins(8, 3, 4, 3)
+        grid.setHorizontalSpacing(6)
+        grid.setVerticalSpacing(1)
+        grid.setColumnStretch(0, 1)
+        for place, part in enumerate((self._name, self.editor, unit, self.revert_button)):
+            grid.addWidget(part, 0, place)
+        below = self._summary, self._help, self._facts, self._refusal
+        for place, part in enumerate(below, start=1):
+            grid.addWidget(part, place, 0, 1, 4)
         self.unfold(unfolded=False)
         self.editor.installEventFilter(self)
 
@@ -101,9 +110,8 @@ class ParameterLine(QWidget):
             switch.clicked.connect(self._on_given)
             return switch
         if self.row.choices:
-            box = choice("", [(one, one.replace("_", " ")) for one in self.row.choices])
-            box.activated.connect(lambda: self._on_given(box.currentData()))
-            return box
+            options = [(one, one.replace("_", " ")) for one in self.row.choices]
+            return choice("", options, chosen=self._on_given)
         field = QLineEdit(alignment=Qt.AlignmentFlag.AlignRight)  # nothing is clamped in silence
 
         def on_typed() -> None:
@@ -113,20 +121,6 @@ class ParameterLine(QWidget):
 
         field.editingFinished.connect(on_typed)
         return field
-
-    def _lay_out(self) -> None:
-        unit = label(self.row.unit, "muted", wraps=False)
-        unit.setFixedWidth(_UNIT_WIDTH)
-        grid = QGridLayout(self)
-        grid.setContentsMargins(8, 3, 4, 3)
-        grid.setHorizontalSpacing(6)
-        grid.setVerticalSpacing(1)
-        grid.setColumnStretch(0, 1)
-        for place, part in enumerate((self._name, self.editor, unit, self.revert_button)):
-            grid.addWidget(part, 0, place)
-        below = self._summary, self._help, self._facts, self._refusal
-        for place, part in enumerate(below, start=1):
-            grid.addWidget(part, place, 0, 1, 4)
 
     def _on_given(self, given: Value | None) -> None:
         if given is None:

@@ -1,6 +1,7 @@
 """The tuning panel, generated from the declared parameters: a line for each."""
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from itertools import pairwise
 
 from PySide6.QtCore import Qt, QTimer, Signal, Slot
@@ -10,7 +11,17 @@ from PySide6.QtWidgets import QApplication, QLabel, QPushButton, QVBoxLayout, QW
 from stereotrack_core.parameters import ParameterGroup, ParameterRow, Value
 from stereotrack_core.tracking.presets import PRESETS
 
-from ..style.building import choice, hbox, label, menu_of, scrolled, show_text, tool_button, vbox
+from ..style.building import (
+    choice,
+    hbox,
+    holder,
+    label,
+    menu_of,
+    scrolled,
+    show_text,
+    tool_button,
+    vbox,
+)
 from .form_dialog import line_edit
 from .parameter_line import ParameterLine
 
@@ -31,8 +42,8 @@ class ParameterPanel(QWidget):
     settings_changed = Signal(object)
     """New settings after the person gave a value; the panel shows them already."""
 
-    def __init__(self, parent: QWidget | None = None, *, presets: Sequence[str] = PRESETS) -> None:
-        super().__init__(parent)
+    def __init__(self) -> None:
+        super().__init__()
         self.settings: ParameterGroup | None = None
         self._base: ParameterGroup | None = None
         self._against = "preset"
@@ -46,8 +57,8 @@ class ParameterPanel(QWidget):
         self._idle.hide()
         self._nothing = label("", "muted", align=Qt.AlignmentFlag.AlignHCenter)
         self._scroll = scrolled(QWidget(), "Parameters")
-        head = self._make_head(presets)
-        self.setLayout(vbox(head, self._idle, (self._scroll, 1), margins=(6, 6, 0, 0), spacing=4))
+        parts = (self._make_head(), self._idle, (self._scroll, 1))
+        self.setLayout(vbox(*parts, margins=(6, 6, 0, 0), spacing=4))
         self.setMinimumWidth(260)
         self._fill()
 
@@ -96,22 +107,27 @@ class ParameterPanel(QWidget):
         self.search.setFocus(Qt.FocusReason.ShortcutFocusReason)
         self.search.selectAll()
 
+    def _focus_found(self) -> None:
+        found = [line for line in self._lines.values() if line.isVisible()]
+        if found:
+            min(found, key=QWidget.y).editor.setFocus(Qt.FocusReason.ShortcutFocusReason)
+
     def set_preset(self, name: str) -> None:
         """Show which preset the base is; an empty name stands for none."""
         self.preset_box.setCurrentIndex(self.preset_box.findText(name))
 
-    def _make_head(self, presets: Sequence[str]) -> QVBoxLayout:
+    def _make_head(self) -> QVBoxLayout:
         self.preset_box = choice("Preset", tip="Set all parameters from a preset")
-        self.preset_box.addItems(list(presets))
+        self.preset_box.addItems(list(PRESETS))
         self.preset_box.setCurrentIndex(-1)
         self.preset_box.setPlaceholderText("custom settings")
         self.revert_all = QPushButton("Revert all", self)
         self.revert_all.clicked.connect(lambda: self._take(self._base))
-        tip = "Type part of a name or description."
-        placeholder = "Search names and descriptions"
-        self.search = line_edit("Search parameters", placeholder=placeholder, tip=tip)
+        tip = "Type part of a name or description. Enter goes to the first value that is found."
+        self.search = line_edit("Search parameters", "", "Search names and descriptions", tip)
         self.search.setClearButtonEnabled(True)
         self.search.textChanged.connect(self._sift)
+        self.search.returnPressed.connect(self._focus_found)
         self.menu_button = tool_button("Save, load and delete your own presets", "save")
         self.menu_button.setAutoRaise(False)
         self.menu_button.setAccessibleName("Your own presets")
@@ -127,8 +143,7 @@ class ParameterPanel(QWidget):
         if not self._behind or self.settings is None or self._base is None:
             return
         self._behind = False
-        rows = self.settings.rows()
-        if rows != self._rows:
+        if (rows := self.settings.rows()) != self._rows:
             self._rows = rows
             self._fill()
         values, bases = self.settings.values(), self._base.values()
@@ -138,14 +153,14 @@ class ParameterPanel(QWidget):
         self._pin()
 
     def _fill(self) -> None:
+        heading = partial(label, role="heading", wraps=False, margins=(0, 10, 0, 2))
         self._lines, self._groups, self._pinned = {}, {}, []
-        self.changed_words = _heading("")
+        self.changed_words = heading("")
         self._column = vbox(self._nothing, self.changed_words, margins=(0, 0, 4, 8), spacing=0)
-        inside = QWidget()
-        inside.setLayout(self._column)
+        inside = holder(self._column)
         for row in self._rows:
             if row.group not in self._groups:
-                self._groups[row.group] = _heading(row.group)
+                self._groups[row.group] = heading(row.group)
                 self._column.addWidget(self._groups[row.group])
             line = ParameterLine(row, self._on_value, inside)
             self._lines[row.name] = line
@@ -198,14 +213,9 @@ class ParameterPanel(QWidget):
         self._nothing.setText(none if self._lines else "No settings are loaded.")
 
     def _on_value(self, name: str, value: Value) -> None:
-        if self.settings is not None:
-            self._take(self.settings.replaced(**{name: value}))
+        self._take(self.settings and self.settings.replaced(**{name: value}))
 
     def _take(self, settings: ParameterGroup | None) -> None:
         if self._base is not None and settings is not None:
             self.set_settings(settings, self._base, self._against)
             self.settings_changed.emit(settings)
-
-
-def _heading(words: str) -> QLabel:
-    return label(words, "heading", wraps=False, margins=(0, 10, 0, 2))

@@ -9,7 +9,6 @@ from PySide6.QtWidgets import (
     QListWidget,
     QListWidgetItem,
     QScrollArea,
-    QSplitter,
     QStackedLayout,
     QWidget,
 )
@@ -19,9 +18,12 @@ from ..style.building import (
     ElidedLabel,
     action_button,
     hbox,
+    holder,
     label,
+    named,
     parameter_links,
     show_text,
+    splitter,
     vbox,
 )
 from ..style.colours import LIMB_COLOURS
@@ -69,8 +71,7 @@ class InsidePanel(Dressed):
     def __init__(self, choose: Callable[[int], object], show: Callable[[str], object]) -> None:
         super().__init__()
         self._choose = choose
-        self.steps = QListWidget(self)
-        self.steps.setAccessibleName("Stages of the step")
+        self.steps = named(QListWidget(self), "Stages of the step")
         self.steps.setMinimumWidth(110)
         self.steps.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.steps.currentItemChanged.connect(self._on_chosen)
@@ -87,15 +88,10 @@ class InsidePanel(Dressed):
         self._stack.addWidget(self._body())
 
     def _body(self) -> QWidget:
-        split = QSplitter(Qt.Orientation.Horizontal, childrenCollapsible=False)
-        split.addWidget(self.steps)
-        split.addWidget(self.page)
-        split.setStretchFactor(1, 1)
+        split = splitter(Qt.Orientation.Horizontal, (self.steps, 0), (self.page, 1))
         split.setSizes([136, 400])
         top = hbox((self.beginning, 1), self._buttons, margins=(6, 2, 4, 0))
-        body = QWidget()
-        body.setLayout(vbox(top, (split, 1), spacing=2))
-        return body
+        return holder(vbox(top, (split, 1), spacing=2))
 
     def set_actions(self, actions: Sequence[QAction], keys: str) -> None:
         """Offer commands at the top; `keys` look inside."""
@@ -131,14 +127,12 @@ class InsidePanel(Dressed):
         self.steps.clear()
         for index, step in enumerate(steps):
             if step.heading:
-                heading = QListWidgetItem(step.heading)
+                heading = QListWidgetItem(step.heading, self.steps)
                 heading.setFlags(Qt.ItemFlag.NoItemFlags)
-                heading.setForeground(QColor(current_theme().muted))
                 heading.setToolTip(step.heading)
-                self.steps.addItem(heading)
-            item = QListWidgetItem(f"   {step.title}")
+            item = QListWidgetItem(f"   {step.title}", self.steps)
             item.setData(_STEP, index)
-            self.steps.addItem(item)
+        self._dress()
 
     def _on_chosen(self, item: QListWidgetItem | None, _before: object = None) -> None:
         if item is not None and item.data(_STEP) is not None:
@@ -165,14 +159,9 @@ class StepPage(QScrollArea):
         self.parameters.setTextFormat(Qt.TextFormat.RichText)
         self.parameters.setTextInteractionFlags(Qt.TextInteractionFlag.LinksAccessibleByMouse)
         self.tables: list[PlainTable] = []
-        self._column = vbox(
-            *(self.title, self.words, self.parameters, self.source, None),
-            margins=(6, 4, 4, 8),
-            spacing=4,
-        )
-        page = QWidget()
-        page.setLayout(self._column)
-        self.setWidget(page)
+        parts = (self.title, self.words, self.parameters, self.source, None)
+        self._column = vbox(*parts, margins=(6, 4, 4, 8), spacing=4)
+        self.setWidget(holder(self._column))
 
     def show_content(self, content: StepContent) -> None:
         if self.title.text() != content.title:

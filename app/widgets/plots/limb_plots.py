@@ -202,7 +202,8 @@ class ErrorPlot(Dressed):
             45.0, angle=0, movable=True, bounds=(0.0, 180.0), label="{value:.0f} " + _UNIT,
             labelOpts={"position": 0.985, "anchors": [(1, 0), (1, 1)]},
         )  # fmt: skip
-        self._threshold.sigPositionChanged.connect(self._on_threshold)
+        told = self._threshold.sigPositionChanged
+        told.connect(lambda: self._quiet or self._dragged(self.threshold))
         self._threshold.setToolTip(
             "Threshold for going to the next or previous stretch. Drag to change."
         )
@@ -213,10 +214,6 @@ class ErrorPlot(Dressed):
         tops = [np.nanmax(c.value) for c in self.shown_curves if np.isfinite(c.value).any()]
         top = max([1.06 * float(value) for value in tops] + [1.15 * self.threshold, 1e-6])
         self._box.setYRange(0.0, top, padding=0)
-
-    def _on_threshold(self) -> None:
-        if not self._quiet:
-            self._dragged(self.threshold)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
@@ -231,11 +228,8 @@ class ErrorPlot(Dressed):
                 return
 
     def _new_line(self, curve: Curve) -> pg.PlotCurveItem:
-        item = pg.PlotCurveItem(
-            pen=pen_of(curve.colour, curve.style, curve.emphasis),
-            connect="finite",
-            name=f"{curve.name}, {limb_words(curve.limb)}",
-        )
+        pen, name = pen_of(curve.colour, curve.style, curve.emphasis), limb_words(curve.limb)
+        item = pg.PlotCurveItem(pen=pen, connect="finite", name=f"{curve.name}, {name}")
         # the playhead moves over kept pictures of the curves
         item.setCacheMode(pg.PlotCurveItem.CacheMode.DeviceCoordinateCache)
         item.setZValue(1 if curve.emphasis == "front" else 0)
@@ -319,10 +313,8 @@ class ErrorPlot(Dressed):
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         step = 10 if event.modifiers() & Qt.KeyboardModifier.ShiftModifier else 1
-        if event.key() == Qt.Key.Key_Left:
-            self._request(self._frame - step)
-        elif event.key() == Qt.Key.Key_Right:
-            self._request(self._frame + step)
+        if event.key() in (Qt.Key.Key_Left, Qt.Key.Key_Right):
+            self._request(self._frame + (step if event.key() == Qt.Key.Key_Right else -step))
         elif _shows_all(event):
             self.show_everything()
             self._zoomed(*self._extent())

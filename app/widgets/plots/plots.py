@@ -16,7 +16,7 @@ from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.study.store import Curve as StudyCurve
 from stereotrack_core.study.store import PlotAxis, words_of
 
-from ..style.building import shortened, vbox
+from ..style.building import named, shortened, vbox
 from ..style.colours import (
     EXTRA_COLOURS,
     PEN_STYLES,
@@ -65,7 +65,6 @@ def shade(colour: str | QColor, alpha: int = _SHADE) -> QColor:
     return result
 
 
-_SWATCH = QSize(14, 14)
 _GAP, _LEFT, _RIGHT, _ABOVE = 2, 4, 8, 2
 _MOST_LETTERS = 24
 _BESIDE = 40  # pixels that a switch has beside its words: colour, padding, distance
@@ -175,17 +174,15 @@ class LimbLegend(QWidget):
         self.setFixedHeight(y + height + _ABOVE)
 
     def _add_button(self, limb: str, colour: str) -> None:
-        button = QToolButton(self)
-        button.setAccessibleName(limb_words(limb))
+        words = limb_words(limb)
+        tip = f"Show or hide the {words}. Ctrl+click to show only this limb."
+        button = named(QToolButton(self), words, tip)
         self._name(button, limb)
         button.setIcon(_swatch(colour))
-        button.setIconSize(_SWATCH)
+        button.setIconSize(QSize(14, 14))
         button.setCheckable(True)
         button.setChecked(limb not in EXTRA_COLOURS)
         button.setProperty("role", "legend")
-        button.setToolTip(
-            f"Show or hide the {limb_words(limb)}. Ctrl+click to show only this limb."
-        )
         button.clicked.connect(lambda: self._on_clicked(limb))
         button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         self.buttons[limb] = button
@@ -374,8 +371,7 @@ def _asides(axis: PlotAxis, count: int) -> list[float]:
 
 
 def _extent(axis: PlotAxis) -> float:
-    places = [_place(axis, value) for value in axis.places.values()]
-    return max(places) - min(places) or 1.0
+    return float(np.ptp([_place(axis, value) for value in axis.places.values()])) or 1.0
 
 
 def _ticks(axis: PlotAxis) -> list[list[tuple[float, str]]] | None:

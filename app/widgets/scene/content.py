@@ -61,7 +61,6 @@ class SceneContent:
     highlighted: str = ""
     ellipsoids: tuple[Ellipsoid, ...] = ()
     ghosts: tuple[GhostBody, ...] = ()
-    floor_z: float = 0.0  # Metres. Height of the floor in the world.
     inside: InsideScene | None = None
 
     def parts_known(self) -> int:
@@ -198,16 +197,12 @@ def orbit_around(points: FloatArray, view: str, aspect: float = 1.0) -> Orbit:
         points = np.array([[-0.9, -0.9, 0.0], [0.9, 0.9, 1.9]])
     orbit = Orbit(points.mean(axis=0), azimuth, elevation, 1.0)
     relative = points - orbit.focus
-    across, upward = relative @ orbit.right, relative @ orbit.up
-    focus = orbit.focus + _middle(across) * orbit.right + _middle(upward) * orbit.up
+    axes = np.stack([orbit.right, orbit.up])
+    flat = relative @ axes.T
+    middle = 0.5 * (flat.min(axis=0) + flat.max(axis=0))
+    focus = orbit.focus + middle @ axes
     # a point is seen where it stands aside by no more than the opening at its own depth
     slope = np.tan(FIELD_OF_VIEW / 2)
-    aside = np.maximum(
-        np.abs(across - _middle(across)) / max(aspect, 0.3), np.abs(upward - _middle(upward))
-    )
+    aside = (np.abs(flat - middle) / (max(aspect, 0.3), 1.0)).max(axis=1)
     distance = float(np.max(relative @ orbit.toward_eye + _MARGIN * aside / slope))
     return Orbit(focus, azimuth, elevation, max(distance, _LEAST_DISTANCE))
-
-
-def _middle(values: FloatArray) -> float:
-    return 0.5 * float(values.min() + values.max())

@@ -145,21 +145,19 @@ def _inside(content: SceneContent, theme: Theme) -> list[Drawn]:
     ]
 
 
-def _floor(content: SceneContent, theme: Theme) -> list[Drawn]:
+def _floor(_content: SceneContent, theme: Theme) -> list[Drawn]:
     """Grid of half a metre on the floor, with an arrow to the north."""
-    grid, arrow = _floor_lines(content.floor_z)
+    grid, arrow = _floor_lines()
     return [Drawn(grid, theme.scene_grid), Drawn(arrow, theme.accent, 2.0)]
 
 
 @cache
-def _floor_lines(floor_z: float) -> tuple[pv.PolyData, pv.PolyData]:
+def _floor_lines() -> tuple[pv.PolyData, pv.PolyData]:
     steps = np.arange(-FLOOR_HALF, FLOOR_HALF + 1e-9, _FLOOR_STEP)
     ends = np.array([-FLOOR_HALF, FLOOR_HALF])
     along = np.stack(np.meshgrid(steps, ends, indexing="ij"), axis=-1).reshape(-1, 2)
-    flat = np.concatenate([along, along[:, ::-1]])
-    grid = np.column_stack([flat, np.full(len(flat), floor_z)])
-    foot = np.array([0.0, FLOOR_HALF, floor_z])
-    tip = np.array([0.0, NORTH_TIP, floor_z])
+    grid = np.pad(np.concatenate([along, along[:, ::-1]]), ((0, 0), (0, 1)))
+    foot, tip = np.array([[0.0, FLOOR_HALF, 0.0], [0.0, NORTH_TIP, 0.0]])
     back, side = tip - (0.0, 0.18, 0.0), np.array([0.12, 0.0, 0.0])
     arrow = np.stack([foot, tip, back - side, tip, back + side, tip])
     return _lines(grid), _lines(arrow)
@@ -331,13 +329,13 @@ def _wire_of(vertices: FloatArray) -> FloatArray:
     return np.concatenate([around, along])
 
 
-def _dashes(starts: FloatArray, ends: FloatArray, length: float = 0.025) -> FloatArray:
-    """End points (2 D, 3) of dashes of `length` metres along known lines; OpenGL has none."""
+def _dashes(starts: FloatArray, ends: FloatArray) -> FloatArray:
+    """End points (2 D, 3) of dashes of 2.5 cm along known lines; OpenGL has none."""
     pieces = [np.empty((0, 3))]
     for start, end in zip(starts, ends, strict=True):
         distance = float(np.linalg.norm(end - start))
         if np.isfinite(distance):
-            count = max(1, round(distance / (2 * length)))
+            count = max(1, round(distance / 0.05))
             shares = ((np.arange(count)[:, None] + (0.0, 0.55)) / count).ravel()
             pieces.append(start + shares[:, None] * (end - start))
     return np.concatenate(pieces)

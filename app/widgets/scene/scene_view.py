@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -27,41 +27,32 @@ from PySide6.QtWidgets import QApplication, QWidget
 from stereotrack_core.arrays import FloatArray
 
 from ..redraw import RedrawQueue, later, takes_key
-from ..style.building import action_button, hbox, label, menu_of, tool_button
+from ..style.building import Raised, action_button, hbox, label, menu_of, tool_button
 from ..style.theme import Theme, current_theme
 from .content import LAYERS, NORTH_TIP, Orbit, PointLegend, SceneContent, orbit_around
 
 if TYPE_CHECKING:
     from .drawing import SceneRenderer
 
-_ICON = QSize(16, 16)
 
-
-class SceneBar(QWidget):
+def scene_bar(
+    title: str, layers: Sequence[QAction], menus: Sequence[tuple[str, str, Sequence[QAction]]]
+) -> QWidget:
     """A row that stands where a panel has its title, with a button for each of the `layers`.
 
     `menus` stand behind them: text, icon and entries of each.
     """
-
-    def __init__(
-        self,
-        title: str,
-        layers: Sequence[QAction],
-        menus: Sequence[tuple[str, str, Sequence[QAction]]],
-    ) -> None:
-        super().__init__()
-        self.setProperty("role", "title")
-        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
-        buttons = [action_button(action) for action in layers]
-        for text, icon, actions in menus:
-            buttons.append(tool_button(text, icon, text))
-            buttons[-1].setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonIconOnly)
-            menu_of(buttons[-1]).addActions(list(actions))
-        for button in buttons:
-            button.setIconSize(_ICON)
-            button.setProperty("role", "plain")
-        heading = label(title, "muted", wraps=False)
-        self.setLayout(hbox(heading, None, *buttons, margins=(8, 1, 4, 1), spacing=1))
+    buttons = [action_button(action) for action in layers]
+    for text, icon, actions in menus:
+        buttons.append(tool_button(text, icon, text))
+        buttons[-1].setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonIconOnly)
+        menu_of(buttons[-1]).addActions(list(actions))
+    for button in buttons:
+        button.setIconSize(QSize(16, 16))
+        button.setProperty("role", "plain")
+    bar, heading = Raised("title"), label(title, "muted", wraps=False)
+    bar.setLayout(hbox(heading, None, *buttons, margins=(8, 1, 4, 1), spacing=1))
+    return bar
 
 
 _REST_MS = 180
@@ -260,9 +251,8 @@ class SceneView(QWidget):
         painter.fillRect(self.rect(), self.palette().base())
         painter.setPen(self.palette().placeholderText().color())
         text = f"The 3-D scene cannot be shown.\n{self.unavailable_because}\nEverything else works."
-        box = self.rect().adjusted(16, 16, -16, -16)
         flags = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
-        painter.drawText(box, flags, text)
+        painter.drawText(self.rect().adjusted(16, 16, -16, -16), flags, text)
 
     def resizeEvent(self, _event: QResizeEvent) -> None:
         if self._orbit is not None and self._standing:
@@ -359,36 +349,27 @@ def paint_lettering(
     """Write what belongs to the layers that are shown."""
     if layers["floor"]:
         _paint_axes(painter, orbit, area)
-    words = list(_words(content, layers))
-    places = orbit.project(np.array([at for _, at, _ in words]), area.width(), area.height())
+    words = [(one.name, one.position_world) for one in content.cameras if layers["cameras"]]
+    if layers["floor"]:
+        words.append(("N", np.array([0.0, NORTH_TIP + 0.15, 0.0])))
+    places = orbit.project(np.array([at for _, at in words]), area.width(), area.height())
     written: list[QRectF] = []
-    for (text, _, colour), (x, y) in zip(words, places, strict=True):
+    for (text, _), (x, y) in zip(words, places, strict=True):
         if not np.isfinite([x, y]).all():  # it is behind the eye
             continue
         width = painter.fontMetrics().horizontalAdvance(text)
         box = QRectF(x - 0.5 * width - 2.0, y - 10.0, width + 4.0, 20.0)
         if area.contains(box) and not any(map(box.intersects, written)):
             written.append(box)
-            _write(painter, text, box, getattr(theme, colour), theme.scene_bottom)
+            _write(painter, text, box, theme)
     if layers["cloud"] and len(content.cloud_points) and content.point_legend is not None:
         _paint_legend(painter, content.point_legend, area, theme)
 
 
-def _words(
-    content: SceneContent, layers: Mapping[str, bool]
-) -> Iterator[tuple[str, FloatArray, str]]:
-    """Texts, where (3,) they stand in the world, and which of the theme's colours they have."""
-    if layers["cameras"]:
-        yield from ((one.name, one.position_world, "text") for one in content.cameras)
-    if layers["floor"]:
-        yield "N", np.array([0.0, NORTH_TIP + 0.15, content.floor_z]), "text"
-
-
-def _write(painter: QPainter, text: str, box: QRectF, colour: str, shadow: str) -> None:
-    painter.setPen(QColor(shadow))
-    painter.drawText(box.translated(1.0, 1.0), Qt.AlignmentFlag.AlignCenter, text)
-    painter.setPen(QColor(colour))
-    painter.drawText(box, Qt.AlignmentFlag.AlignCenter, text)
+def _write(painter: QPainter, text: str, box: QRectF, theme: Theme) -> None:
+    for ink, shift in ((theme.scene_bottom, 1.0), (theme.text, 0.0)):  # over its shadow
+        painter.setPen(QColor(ink))
+        painter.drawText(box.translated(shift, shift), Qt.AlignmentFlag.AlignCenter, text)
 
 
 def _paint_axes(painter: QPainter, orbit: Orbit, area: QRectF) -> None:

@@ -1,7 +1,7 @@
 """Layouts and small widgets that panels are built from, in one expression each."""
 
-from collections.abc import Iterable, Sequence
-from typing import TypeAlias, TypeVar
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any, TypeAlias, TypeVar
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction, QResizeEvent
@@ -16,6 +16,7 @@ from PySide6.QtWidgets import (
     QProgressBar,
     QScrollArea,
     QSizePolicy,
+    QSplitter,
     QToolButton,
     QVBoxLayout,
     QWidget,
@@ -80,6 +81,7 @@ Item: TypeAlias = QWidget | QLayout | tuple[QWidget | QLayout, int] | None
 """A widget or layout, alone or with its stretch; None is room that stretches."""
 
 _Box = TypeVar("_Box", bound=QBoxLayout)
+_Widget = TypeVar("_Widget", bound=QWidget)
 
 
 def hbox(*items: Item, margins: Margins = (0, 0, 0, 0), spacing: int | None = None) -> QHBoxLayout:
@@ -105,6 +107,29 @@ def _filled(layout: _Box, items: Iterable[Item], margins: Margins, spacing: int 
         else:
             layout.addLayout(part, stretch)
     return layout
+
+
+def holder(layout: QLayout) -> QWidget:
+    """A widget for a layout, where one is needed to scroll, hide or stack it."""
+    widget = QWidget()
+    widget.setLayout(layout)
+    return widget
+
+
+def splitter(way: Qt.Orientation, *parts: tuple[QWidget, int]) -> QSplitter:
+    """Widgets with their stretches and handles between them; none can be closed."""
+    split = QSplitter(way, childrenCollapsible=False)
+    for place, (part, stretch) in enumerate(parts):
+        split.addWidget(part)
+        split.setStretchFactor(place, stretch)
+    return split
+
+
+def named(widget: _Widget, name: str = "", tip: str = "") -> _Widget:
+    """A widget with what a screen reader calls it, and a tip."""
+    widget.setAccessibleName(name)
+    widget.setToolTip(tip)
+    return widget
 
 
 def label(
@@ -153,9 +178,14 @@ def empty_label(text: str) -> QLabel:
     return label(text, "muted", margins=(10, 10, 10, 10), align=Qt.AlignmentFlag.AlignTop)
 
 
-def tool_button(tip: str, icon: str = "", text: str = "", role: str = "") -> QToolButton:
+def tool_button(
+    tip: str, icon: str = "", text: str = "", role: str = "",
+    do: Callable[[], object] | None = None,
+) -> QToolButton:  # fmt: skip
     """Make a flat button; its text, if any, stands beside the icon."""
     button = QToolButton(autoRaise=True)
+    if do is not None:
+        button.clicked.connect(lambda: do())
     button.setToolTip(tip)
     button.setText(text)
     if not text:
@@ -194,13 +224,18 @@ def menu_of(button: QToolButton) -> QMenu:
     return menu
 
 
-def choice(name: str, options: Iterable[tuple[str, str]] = (), tip: str = "") -> QComboBox:
-    """Make a list to choose from, of keys with what a person reads."""
-    box = QComboBox()
-    box.setAccessibleName(name)
-    box.setToolTip(tip or name)
+def choice(
+    name: str,
+    options: Iterable[tuple[str, str]] = (),
+    tip: str = "",
+    chosen: Callable[[Any], object] | None = None,
+) -> QComboBox:
+    """Make a list of keys with what a person reads; `chosen` is called with the key chosen."""
+    box = named(QComboBox(), name, tip or name)
     for key, text in options:
         box.addItem(text, key)
+    if chosen is not None:
+        box.activated.connect(lambda: chosen(box.currentData()))
     return box
 
 

@@ -59,7 +59,7 @@ def shade_of(residual: FloatArray) -> IntArray:
     return np.round((share + 1.0) * 0.5 * (SHADES - 1)).astype(np.int64)
 
 
-__all__ = ["EXTRA_COLOURS", "LANDMARK_LIMBS", "LIMB_COLOURS", "limb_rgb", "limb_words"]
+__all__ = ["EXTRA_COLOURS", "LANDMARK_LIMBS", "LIMB_COLOURS", "limb_words"]
 
 EXTRA_COLOURS: MappingProxyType[str, str] = MappingProxyType({"unexplained %": "#CC79A7"})
 """Curves that are no angle of a limb and are drawn when asked for."""
@@ -78,12 +78,6 @@ LANDMARK_LIMBS: MappingProxyType[str, str] = MappingProxyType(
     }
 )
 """The limb whose colour a landmark is drawn in."""
-
-
-def limb_rgb(limb: str) -> tuple[int, int, int]:
-    """Red, green and blue of a limb, 0 to 255."""
-    red, green, blue = bytes.fromhex(LIMB_COLOURS[limb][1:])
-    return red, green, blue
 
 
 def brief_limb_words(limb: str) -> str:

@@ -3,7 +3,7 @@
 import tomllib
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
-from functools import cache, partial
+from functools import cache
 from pathlib import Path
 from string import Template
 from typing import Literal, TypeAlias
@@ -97,7 +97,6 @@ ThemeName: TypeAlias = Literal["dark", "light", "system"]
 THEME_NAMES: tuple[ThemeName, ...] = ("dark", "light", "system")
 
 _SHOWN = "stereotrack_theme"
-_STYLED = "stereotrack_styled"
 _CHOSEN = "stereotrack_theme_choice"
 
 
@@ -188,71 +187,45 @@ def apply_theme(app: QApplication, name: ThemeName) -> None:
     Widgets that paint by themselves hear of it as ``QEvent.Type.PaletteChange`` and read
     :func:`current_theme` again.
     """
+    hints, shown = app.styleHints(), app.property(_SHOWN)
     if app.property(_CHOSEN) is None:
-        app.styleHints().colorSchemeChanged.connect(partial(_follow_system, app))
+        hints.colorSchemeChanged.connect(lambda: apply_theme(app, chosen_theme()))
     app.setProperty(_CHOSEN, name)
-    _show(app, load_theme(_system_scheme(app) if name == "system" else name))
-
-
-def _show(app: QApplication, theme: Theme) -> None:
-    if app.property(_SHOWN) == theme.name:  # a style sheet polishes every widget there is again
+    scheme = "dark" if hints.colorScheme() == Qt.ColorScheme.Dark else "light"
+    theme = load_theme(scheme if name == "system" else name)
+    if shown == theme.name:  # a style sheet polishes every widget there is again
         return
     app.setProperty(_SHOWN, theme.name)
-    if not app.property(_STYLED):  # the style of a style sheet hides what it is built on
+    if shown is None:  # later on, the style of a style sheet hides what it is built on
         app.setStyle("Fusion")
-        app.setProperty(_STYLED, True)
     # the other way round widgets that are there already keep the old palette
     app.setPalette(palette(theme))
-    app.setStyleSheet(_style_sheet(theme))
-
-
-def _style_sheet(theme: Theme) -> str:
-    text = resource_path("themes", "workbench.qss").read_text(encoding="utf-8")
+    sheet = resource_path("themes", "workbench.qss").read_text(encoding="utf-8")
     check = resource_path("themes", f"check-{theme.name}.svg").as_posix()
-    return Template(text).substitute(asdict(theme), check=check)
+    app.setStyleSheet(Template(sheet).substitute(asdict(theme), check=check))
 
 
 def palette(theme: Theme) -> QPalette:
     """Palette of the Fusion style in the theme's colours."""
     role = QPalette.ColorRole
-    colours = {
-        role.Window: theme.window,
-        role.WindowText: theme.text,
-        role.Base: theme.base,
-        role.AlternateBase: theme.window,
-        role.Text: theme.text,
-        role.PlaceholderText: theme.muted,
-        role.Button: theme.raised,
-        role.ButtonText: theme.text,
-        role.BrightText: theme.error,
-        role.ToolTipBase: theme.raised,
-        role.ToolTipText: theme.text,
-        role.Highlight: theme.accent,
-        role.HighlightedText: theme.accent_text,
-        role.Link: theme.accent,
-        role.LinkVisited: theme.accent,
-        role.Accent: theme.accent,
-        role.Light: theme.hover,
-        role.Midlight: theme.raised,
-        role.Mid: theme.border,
-        role.Dark: theme.border,
-        role.Shadow: theme.base if theme.is_dark else theme.border,
-    }
+    colours = (
+        (theme.window, (role.Window, role.AlternateBase)),
+        (theme.base, (role.Base,)),
+        (theme.text, (role.WindowText, role.Text, role.ButtonText, role.ToolTipText)),
+        (theme.muted, (role.PlaceholderText,)),
+        (theme.raised, (role.Button, role.ToolTipBase, role.Midlight)),
+        (theme.error, (role.BrightText,)),
+        (theme.accent, (role.Highlight, role.Link, role.LinkVisited, role.Accent)),
+        (theme.accent_text, (role.HighlightedText,)),
+        (theme.hover, (role.Light,)),
+        (theme.border, (role.Mid, role.Dark)),
+    )
     result = QPalette()
-    for key, colour in colours.items():
-        result.setColor(key, QColor(colour))
+    for colour, keys in colours:
+        for key in keys:
+            result.setColor(key, QColor(colour))
+    result.setColor(role.Shadow, QColor(theme.base if theme.is_dark else theme.border))
     for key in (role.WindowText, role.Text, role.ButtonText, role.HighlightedText):
         result.setColor(QPalette.ColorGroup.Disabled, key, QColor(theme.disabled))
     result.setColor(QPalette.ColorGroup.Disabled, role.Highlight, QColor(theme.border))
     return result
-
-
-def _system_scheme(app: QApplication) -> str:
-    dark = app.styleHints().colorScheme() == Qt.ColorScheme.Dark
-    return "dark" if dark else "light"
-
-
-def _follow_system(app: QApplication, _scheme: Qt.ColorScheme) -> None:
-    """Repeat the system's change of scheme while the system's theme is chosen."""
-    if chosen_theme() == "system":
-        _show(app, load_theme(_system_scheme(app)))

@@ -5,7 +5,7 @@ from html import escape
 
 from PySide6.QtCore import QSignalBlocker, Qt
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QSplitter, QTextBrowser, QWidget
+from PySide6.QtWidgets import QTextBrowser, QWidget
 
 from stereotrack_core.evaluation.failure_segments.segment import (
     CAUSE_WORDS,
@@ -15,7 +15,7 @@ from stereotrack_core.evaluation.failure_segments.segment import (
 )
 
 from ..forms.form_dialog import line_edit
-from ..style.building import hbox, label, offer, parameter_links, show_text, vbox
+from ..style.building import hbox, label, offer, parameter_links, show_text, splitter, vbox
 from ..style.colours import LIMB_COLOURS
 from .table import RIGHT, STRETCH, Cell, CellTable, Column
 
@@ -102,11 +102,7 @@ class FailuresPanel(QWidget):
         )
         self.tree.activated.connect(lambda index: activated(self.tree.place_of(index)))
         self.evidence = EvidenceView(show)
-        both = QSplitter(Qt.Orientation.Vertical, childrenCollapsible=False)
-        both.addWidget(self.tree)
-        both.addWidget(self.evidence)
-        both.setStretchFactor(0, 2)
-        both.setStretchFactor(1, 3)
+        both = splitter(Qt.Orientation.Vertical, (self.tree, 2), (self.evidence, 3))
         above = hbox(self.filter, margins=(6, 0, 6, 0))
         self._buttons = hbox(margins=(6, 0, 6, 0))
         parts = (above, self.words, self._buttons, (both, 1))
@@ -128,14 +124,11 @@ class FailuresPanel(QWidget):
             self._fps = fps
             with QSignalBlocker(self.tree.selectionModel()):
                 self.tree.show_rows(tuple(failures))
-            self._fit_tree()
+            # as high as its rows, so that the evidence has the rest
+            rows = max(len(failures), 1) + 1  # one spare: more may come
+            row = max(self.tree.sizeHintForRow(0), self.tree.fontMetrics().height() + 2)
+            self.tree.setMaximumHeight(self.tree.header().sizeHint().height() + rows * row)
         self.choose(chosen)
-
-    def _fit_tree(self) -> None:
-        """Let the list be as high as its rows, so that the evidence has the rest."""
-        rows = max(len(self.tree.cells.rows), 1) + 1  # one spare: more may come
-        row = max(self.tree.sizeHintForRow(0), self.tree.fontMetrics().height() + 2)
-        self.tree.setMaximumHeight(self.tree.header().sizeHint().height() + rows * row)
 
     def choose(self, place: int) -> None:
         """Choose a row without a signal."""
@@ -150,9 +143,8 @@ class FailuresPanel(QWidget):
 
     def _cells(self, failure: FailureSegment) -> Sequence[Cell]:
         tip = f"{_heading(failure, self._fps)} Double-click or press Enter to go there."
-        verdict, reason = failure.verdict, failure.reason
+        verdict, reason, limb = failure.verdict, failure.reason, LIMB_COLOURS[failure.peak_limb]
         sure = f" Confidence {100.0 * verdict.confidence:.0f} %." if verdict.confidence else ""
-        limb = LIMB_COLOURS[failure.peak_limb]
         values = failure.error_deg, failure.chance and 100.0 * failure.chance
         peaks = (
             Cell("", tip, value=-1.0) if value is None else Cell(f"{value:.0f}", tip, value=value)
@@ -163,7 +155,9 @@ class FailuresPanel(QWidget):
             Cell(limbs_words(failure.limbs), tip, swatch=limb),
             *peaks,
             Cell(CAUSE_WORDS[verdict.cause], f"{verdict.words}.{sure}"),
-            Cell() if reason is None else Cell(reason.brief, reason.words),
+            Cell()
+            if reason is None
+            else Cell("correct" if reason.why == "right" else reason.brief, reason.words),
         )
 
 

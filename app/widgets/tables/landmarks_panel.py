@@ -5,15 +5,15 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from typing import Literal, TypeAlias
 
-from PySide6.QtCore import QModelIndex, QSignalBlocker, Qt
+from PySide6.QtCore import QSignalBlocker, Qt
 from PySide6.QtGui import QResizeEvent
-from PySide6.QtWidgets import QComboBox, QPushButton, QWidget
+from PySide6.QtWidgets import QPushButton, QWidget
 
 from stereotrack_core.annotation.click import ClickKey
 from stereotrack_core.annotation.next_clicks import KIND_WORDS, StopSign, Suggestion
 
 from ..forms.numbers import NumberField
-from ..style.building import hbox, label, vbox
+from ..style.building import choice, hbox, holder, label, named, vbox
 from ..style.theme import set_look
 from .table import RIGHT, STRETCH, Cell, CellRow, CellTable, Column
 
@@ -38,12 +38,13 @@ class LandmarksPanel(QWidget):
 
     def __init__(self, choose: Callable[[int], object]) -> None:
         super().__init__()
-        self._choose = choose
         self._chosen = -1
         self.table = CellTable("Landmarks", single=True)
         self.table.setAlternatingRowColors(False)
         self.setLayout(vbox(self.table))
-        self.table.selectionModel().currentRowChanged.connect(self._on_other_row)
+        self.table.selectionModel().currentRowChanged.connect(
+            lambda index: index.row() in (-1, self._chosen) or choose(index.row())
+        )
         # also the row that is chosen already
         self.table.pressed.connect(lambda index: choose(index.row()))
 
@@ -53,10 +54,6 @@ class LandmarksPanel(QWidget):
         self.table.show_rows(rows, _columns(cameras))
         if chosen >= 0 and self.table.currentIndex().row() != chosen:
             self.table.setCurrentIndex(self.table.cells.index(chosen, _LABEL))
-
-    def _on_other_row(self, current: QModelIndex) -> None:
-        if current.isValid() and current.row() != self._chosen:
-            self._choose(current.row())
 
 
 def _columns(cameras: Sequence[str]) -> tuple[Column, ...]:
@@ -91,7 +88,7 @@ _COLUMNS = (
     Column("Reason", width=STRETCH),
 )
 _REASON = len(_COLUMNS) - 1
-_NONE = "Click a frame to see where further clicks help most. The most useful ones come first."
+_NONE = "Lists where further clicks help most once frames are clicked, the most useful first."
 _NARROW = 460
 _KEPT = 1000
 
@@ -117,14 +114,12 @@ class NextPanel(QWidget):
             minimum=0.1, maximum=45.0, value=3.0, singleStep=0.5, prefix="± ", suffix="°",
             keyboardTracking=False, accessibleName="Target uncertainty", toolTip=tip,
         )  # fmt: skip
-        self.kinds = QComboBox()
-        self.kinds.setAccessibleName("Kind of suggestion")
-        self.kinds.setToolTip("Show suggestions of one kind alone")
-        self.kinds.activated.connect(self._show_kind)
+        tip = "Show suggestions of one kind alone"
+        self.kinds = choice("Kind of suggestion", (), tip, lambda _kind: self._show_kind())
         self.next_button = QPushButton("Go to next")
         self.next_button.clicked.connect(self.go_to_next)
-        self.fit_button = QPushButton("Suggest clicks")
-        self.fit_button.setToolTip("Fit the body model to the clicked frames")
+        tip = "Fit the body model to the clicked frames"
+        self.fit_button = named(QPushButton("Suggest clicks"), tip=tip)
         self.reason = label("", "muted", margins=(8, 3, 8, 4))
         self.tree = CellTable("Suggested clicks", _COLUMNS, self._cells, single=True)
         for chosen in (self.tree.clicked, self.tree.activated):
@@ -139,10 +134,9 @@ class NextPanel(QWidget):
 
     def _lay_out(self) -> None:
         tools = hbox(self.next_button, (self.kinds, 1), self.wanted)
-        self._head, self._unfitted = QWidget(), QWidget()
-        self._head.setLayout(vbox(self.sign, tools, margins=(8, 4, 8, 4), spacing=4))
-        fit = hbox(self.fit_button, None)
-        self._unfitted.setLayout(vbox(label(_NONE, "muted"), fit, None, margins=(10, 10, 10, 10)))
+        self._head = holder(vbox(self.sign, tools, margins=(8, 4, 8, 4), spacing=4))
+        fit, margins = hbox(self.fit_button, None), (10, 10, 10, 10)
+        self._unfitted = holder(vbox(label(_NONE, "muted"), fit, None, margins=margins))
         parts = (self._unfitted, 1), self._head, (self.tree, 1), self.reason
         self.setLayout(vbox(*parts, spacing=0))
 
@@ -201,7 +195,10 @@ class NextPanel(QWidget):
 
     def go_to_next(self) -> None:
         """Go to the best place that nobody went to yet; where none is known, fit to find one."""
-        row = self._first_unvisited()
+        rows: Sequence[Suggestion] = self.tree.cells.rows
+        if all(one.key in self._visited for one in rows):
+            self._visited.clear()
+        row = next((k for k, one in enumerate(rows) if one.key not in self._visited), None)
         self.awaited = row is None
         if row is not None:
             self._go_to(row)
@@ -209,13 +206,6 @@ class NextPanel(QWidget):
             self.fit_button.click()
         else:
             self._nothing_left()
-
-    def _first_unvisited(self) -> int | None:
-        """The best row that nobody went to yet; the best one where all were; None without rows."""
-        rows: Sequence[Suggestion] = self.tree.cells.rows
-        if all(one.key in self._visited for one in rows):
-            self._visited.clear()
-        return next((k for k, one in enumerate(rows) if one.key not in self._visited), None)
 
     def _cells(self, one: Suggestion) -> Sequence[Cell]:
         gain, tip = f"{one.over_frames_deg:.1f}", f"{one.reason}\nExpected gain of a click here: "
@@ -242,8 +232,7 @@ class NextPanel(QWidget):
         """Write the reason of the chosen row, or of the best one, where there is room for it."""
         row = max(self.tree.currentIndex().row(), 0)
         if row < len(self.tree.cells.rows):
-            cells = (self.tree.cells.cell(row, column).text for column in range(len(_COLUMNS)))
-            frame, view, landmark, _, reason = cells
+            frame, view, landmark, _, reason = (c.text for c in self.tree.cells.row_cells(row))
             self.reason.setText(f"{frame}, {landmark} in {view}: {reason}.")
 
     def _go_to(self, row: int) -> None:

@@ -1,8 +1,9 @@
 """Panels of words and a table: metrics, body fit, checks, trials, runs, their comparison."""
 
 import math
+from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 from PySide6.QtCore import QSignalBlocker, QSize, Qt
@@ -23,12 +24,14 @@ from ..style.building import (
     empty_label,
     hbox,
     label,
+    named,
     show_text,
     thin_progress,
     tool_button,
     vbox,
 )
 from ..style.colours import LIMB_COLOURS, PEN_STYLES, LineStyle, line_pixmap
+from .camera_boxes import CameraBoxes
 from .table import RIGHT, STRETCH, TOP, Cell, CellRow, CellTable, Column
 from .trees import CellTree, TreeRow
 
@@ -80,6 +83,7 @@ class BodyPanel(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
+        self.cameras = CameraBoxes()
         self.with_depth = QCheckBox("Use depth")
         self.with_depth.setToolTip(
             "Fit the body to the measured points as well as to the clicks, where the recording "
@@ -92,12 +96,14 @@ class BodyPanel(QWidget):
         self.tree.setToolTip(
             "± is the standard deviation of the limb direction, assuming correct clicks."
         )
+        self.tree.setMinimumHeight(40)  # it scrolls; what is below it cannot give room
         self.tree.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self.tree.setSelectionMode(CellTable.SelectionMode.NoSelection)
         self.hint = label("", "muted", margins=(6, 2, 6, 2))
         self.hint.hide()
         self._buttons = vbox(spacing=0, margins=(4, 0, 4, 2))
-        parts = (self.words, (self.tree, 1), self.with_depth, self.hint, self._buttons)
+        above = (self.words, (self.tree, 1), self.cameras)
+        parts = (*above, self.with_depth, self.hint, self._buttons)
         self.setLayout(vbox(*parts, margins=(0, 2, 0, 0), spacing=2))
 
     def add_action_buttons(self, actions: Sequence[QAction]) -> None:
@@ -154,10 +160,9 @@ class FindingsPanel(QWidget):
         if finding.correction is None:
             return QWidget()
         tip = "Say what would be changed in which file of the recording."
-        button = tool_button(tip, text="Correct …")
+        button = tool_button(tip, text="Correct …", do=lambda: self._correct(finding))
         button.setAutoRaise(False)
         button.setAccessibleName(f"Correct {finding.where}")
-        button.clicked.connect(lambda: self._correct(finding))
         return button
 
 
@@ -167,13 +172,11 @@ def _finding_cells(found: Finding) -> Sequence[Cell]:
 
 
 def _verdict(findings: Sequence[Finding]) -> str:
-    errors = sum(found.severity == "error" for found in findings)
-    warnings = sum(found.severity == "warning" for found in findings)
-    if errors:
-        return f"Not usable yet: {counted(errors, 'error')}, {counted(warnings, 'warning')}."
-    if warnings:
-        return f"Usable, with {counted(warnings, 'warning')}."
-    return "Usable; no problems found."
+    count = Counter(found.severity for found in findings)
+    warnings = counted(count["warning"], "warning")
+    if count["error"]:
+        return f"Not usable yet: {counted(count['error'], 'error')}, {warnings}."
+    return f"Usable, with {warnings}." if count["warning"] else "Usable; no problems found."
 
 
 _WORTH_SAYING = 0.05
@@ -201,8 +204,9 @@ class TrialsPanel(QWidget):
         super().__init__()
         self._dismiss = dismiss
         self.words = label(margins=(8, 6, 8, 0))
-        self.stretch_words = label("", "muted", margins=(8, 0, 8, 2))
-        self.limits = label("", "muted", margins=(8, 0, 8, 2))
+        self.stretch_words, self.limits = (
+            label("", "muted", margins=(8, 0, 8, 2)) for _ in range(2)
+        )
         self.progress = thin_progress()
         self.table = CellTable("Trials", least=172, single=True)
         self.table.selectionModel().selectionChanged.connect(lambda: chosen(self.row))
@@ -275,19 +279,12 @@ _NARROWEST_NAME = 170
 
 @dataclass(frozen=True)
 class RunRow:
-    """Row of one run in the list, in words."""
+    """Row of one run in the list."""
 
-    name: str
+    name: Cell  # bold for the active run
     style: LineStyle
-    visible: bool
-    active: bool
-    frames: str
-    score: tuple[str, str]  # its error or uncertainty, and over what frames
-    hint: str
-    time: str = ""
-    seed: str = ""
-    when: str = ""  # when it was tracked, short
-    made: str = ""  # preset and changed parameters
+    facts: CellRow  # frames, score, time, seed and date
+    made: str  # preset and changed parameters
 
 
 class RunsPanel(QWidget):
@@ -327,26 +324,20 @@ class RunsPanel(QWidget):
 
     def show_rows(self, rows: Sequence[RunRow]) -> None:
         self._none.setVisible(not rows)
-        active = next((row for row in rows if row.active), None)
+        active = next((place for place, row in enumerate(rows) if row.name.bold), -1)
         self.made.setVisible(bool(rows))
-        self.made.setText("No run is active." if active is None else active.made)
+        self.made.setText("No run is active." if active < 0 else rows[active].made)
         self.tree.setVisible(bool(rows))
-        for column, heading in enumerate(("time", "seed", "when"), start=3):
-            self.tree.setColumnHidden(column, not any(getattr(row, heading) for row in rows))
-        self.tree.show_rows([self._tree_row(place, row) for place, row in enumerate(rows)])
+        for fact in (2, 3, 4):
+            self.tree.setColumnHidden(fact + 1, not any(row.facts[fact].text for row in rows))
+        shown = []
+        for place, row in enumerate(rows):
+            pen = QPen(self.palette().text().color(), 1.6, PEN_STYLES[row.style])
+            line = line_pixmap(pen, self.devicePixelRatioF())
+            shown.append(TreeRow((replace(row.name, swatch=line, value=place), *row.facts)))
+        self.tree.show_rows(shown)
         with QSignalBlocker(self.tree):
-            self.tree.choose(next((k for k, row in enumerate(rows) if row.active), -1))
-
-    def _tree_row(self, place: int, row: RunRow) -> TreeRow:
-        pen = QPen(self.palette().text().color(), 1.6, PEN_STYLES[row.style])
-        line = line_pixmap(pen, self.devicePixelRatioF())
-        name = Cell(
-            row.name, row.hint, swatch=line, bold=row.active, value=place, ticked=row.visible,
-            editable=True,
-        )  # fmt: skip
-        facts = (row.time, row.seed, row.when)
-        others = ((row.frames, row.hint), row.score, *((fact, row.hint) for fact in facts))
-        return TreeRow((name, *(Cell(text, tip, bold=row.active) for text, tip in others)))
+            self.tree.choose(active)
 
 
 _NO_METRICS = "Run the tracker to see run metrics here. Show several runs to compare them."
@@ -363,8 +354,8 @@ class ComparisonPanel(QWidget):
     def __init__(self) -> None:
         super().__init__()
         self.words = label(_NO_METRICS, "muted", margins=(8, 6, 8, 2))
-        self.by_stretch = QCheckBox("By named stretch")
-        self.by_stretch.setToolTip("Show the errors of the arms over each named stretch.")
+        tip = "Show the errors of the arms over each named stretch."
+        self.by_stretch = named(QCheckBox("By named stretch"), tip=tip)
         self.by_stretch.hide()
         self.table = CellTable("Run comparison", least=280)
         self._colours = label(_METRIC_COLOURS, "muted", margins=(8, 2, 8, 4))

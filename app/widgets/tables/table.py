@@ -1,5 +1,6 @@
 """The tables of the workbench: one model, whose columns and cells are data, and its views."""
 
+import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, TypeAlias
@@ -17,7 +18,7 @@ from PySide6.QtGui import (
     QColor,
     QFont,
     QFontDatabase,
-    QFontMetrics,
+    QFontMetricsF,
     QGuiApplication,
     QKeyEvent,
     QKeySequence,
@@ -124,11 +125,6 @@ class TableModel(QAbstractTableModel):
     def cell(self, row: int, column: int) -> Cell:
         return self.row_cells(row)[column]
 
-    def as_text(self, rows: Iterable[int]) -> str:
-        """Rows with tabs between their cells, for a spreadsheet."""
-        columns = range(len(self.columns))
-        return "\n".join("\t".join(self.cell(k, c).text for c in columns) for k in rows)
-
     def rowCount(self, parent: Index = _NOWHERE) -> int:
         return 0 if parent.isValid() else len(self.rows)
 
@@ -219,10 +215,6 @@ def fit_list(tree: QTreeView, widths: Sequence[int], least: int) -> None:
         header.resizeSection(place, max(least, tree.viewport().width() - others))
 
 
-def _activates(event: QKeyEvent) -> bool:
-    return event.key() in {Qt.Key.Key_Return, Qt.Key.Key_Enter} and not event.modifiers()
-
-
 class CellTable(QTreeView):
     """Rows of cells; Ctrl+C copies those that are selected, or all.
 
@@ -261,7 +253,6 @@ class CellTable(QTreeView):
         self._dress(name)
 
     def show_rows(self, rows: Sequence[Any], columns: Iterable[Column] | None = None) -> None:
-        """Show these; what is selected stays where there are as many rows and columns as before."""
         before = self.cells.columns
         self.cells.show(rows, columns)
         if self.cells.columns != before:
@@ -274,8 +265,9 @@ class CellTable(QTreeView):
         widest = 0
         for row in range(min(len(self.cells.rows), _MEASURED_ROWS)):
             cell = self.cells.cell(row, column)
-            metrics = QFontMetrics(self.cells.font(cell, column) or self.font())
-            width = 2 * margin + max(map(metrics.horizontalAdvance, cell.text.split("\n")))
+            metrics = QFontMetricsF(self.cells.font(cell, column) or self.font())
+            lines = map(metrics.horizontalAdvance, cell.text.split("\n"))
+            width = 2 * margin + math.ceil(max(lines))  # rounded down it would cut the last letter
             if cell.swatch is not None:
                 width += 2 * margin + swatch(cell.swatch).deviceIndependentSize().toSize().width()
             widest = max(widest, width)
@@ -291,10 +283,14 @@ class CellTable(QTreeView):
         return self.sorted.mapToSource(index).row() if sorts else index.row()
 
     def copied_text(self) -> str:
-        return self.cells.as_text(self.selected() or range(len(self.cells.rows)))
+        """The selected rows, or all, with tabs between their cells, for a spreadsheet."""
+        rows = map(self.cells.row_cells, self.selected() or range(len(self.cells.rows)))
+        return "\n".join("\t".join(cell.text for cell in row) for row in rows)
 
     def event(self, event: QEvent) -> bool:
-        return takes_key(event, _activates) or super().event(event)
+        keys = {Qt.Key.Key_Return, Qt.Key.Key_Enter}
+        activates = takes_key(event, lambda key: key.key() in keys and not key.modifiers())
+        return activates or super().event(event)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         if event.matches(QKeySequence.StandardKey.Copy):

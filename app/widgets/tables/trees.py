@@ -20,7 +20,6 @@ class TreeRow:
 
     cells: CellRow
     rows: tuple[TreeRow, ...] = ()
-    open: bool = True  # whether the rows under it are seen at first
 
 
 class CellTree(QTreeWidget):
@@ -82,9 +81,8 @@ class CellTree(QTreeWidget):
             for column, cell in enumerate(row.cells):
                 _write_cell(item, column, cell, self._columns[column].align)
             self._fill(item, row.rows)
-            item.setFirstColumnSpanned(len(row.cells) == 1)
             if place >= known:
-                item.setExpanded(row.open)
+                item.setExpanded(True)
 
     def _fit(self) -> None:
         fit_list(self, [column.width for column in self._columns], self._least)
@@ -122,11 +120,10 @@ def _write_cell(item: QTreeWidgetItem, place: int, cell: Cell, align: Qt.Alignme
     font = item.font(place)
     font.setBold(cell.bold)
     item.setFont(place, font)
-    flags = Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
-    if cell.editable:
-        flags |= Qt.ItemFlag.ItemIsEditable
     if place == 0:
+        flags, ticks = Qt.ItemFlag, cell.ticked is not None
+        may = flags.ItemIsUserCheckable if ticks else flags.NoItemFlags
+        may |= flags.ItemIsEditable if cell.editable else flags.NoItemFlags
+        item.setFlags(flags.ItemIsEnabled | flags.ItemIsSelectable | may)
         on = Qt.CheckState.Checked if cell.ticked else Qt.CheckState.Unchecked
-        ticks = cell.ticked is not None
-        item.setFlags(flags | Qt.ItemFlag.ItemIsUserCheckable if ticks else flags)
         item.setData(0, Qt.ItemDataRole.CheckStateRole, on if ticks else None)

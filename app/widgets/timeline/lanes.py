@@ -15,7 +15,6 @@ from stereotrack_core.arrays import FloatArray, IntArray
 
 LaneKind: TypeAlias = Literal["heat", "marks", "bars"]
 MarkArray: TypeAlias = NDArray[np.uint8]
-_FACTOR = 8
 
 
 class Mark(IntEnum):
@@ -75,20 +74,33 @@ class Lane:
         return tuple(value for value in self.values if isinstance(value, Span))
 
     @cached_property
-    def summary(self) -> Pyramid:
-        """Largest value, or all marks, over blocks of frames; made when first asked for."""
+    def numbers(self) -> NDArray[np.generic]:
+        """A number for each frame (F,); of marks a bit for each mark."""
         if self.kind == "marks":
             marks = np.asarray(self.values, dtype=np.uint8)
-            bits = np.where(marks > 0, np.left_shift(1, marks), 0).astype(np.uint8)
-            return Pyramid(bits, np.bitwise_or)
-        return Pyramid(np.asarray(self.values, dtype=np.float64), np.fmax)
+            return np.where(marks > 0, np.left_shift(1, marks), 0).astype(np.uint8)
+        return np.asarray(self.values, dtype=np.float64)
 
     @cached_property
     def full_value(self) -> float:
         if self.full is not None:
             return self.full
-        top = self.summary.top()
-        return float(top) if np.isfinite(top) and top > 0 else 1.0
+        top = float(np.fmax.reduce(self.numbers, initial=np.nan))
+        return top if np.isfinite(top) and top > 0 else 1.0
+
+    def columns(self, edges: FloatArray) -> NDArray[np.generic]:
+        """Largest value, or all marks, of columns (C,) that lead from one edge to the next.
+
+        Edges (C + 1,) are frames and ascend within 0 to F. A column narrower than a frame shows the
+        frame that it lies in; no value is left out.
+        """
+        reduce = np.bitwise_or if self.kind == "marks" else np.fmax
+        first = np.clip(np.floor(edges[:-1]).astype(np.int64), 0, len(self.numbers) - 1)
+        last = np.clip(np.ceil(edges[1:]).astype(np.int64), first + 1, len(self.numbers))
+        # reduceat over (first, last) pairs; an end behind the last number may not be named
+        pairs = np.stack([first, last], axis=1).ravel() - first[0]
+        seen = np.append(self.numbers[first[0] : last[-1]], self.numbers[-1:])
+        return np.asarray(reduce.reduceat(seen, pairs)[::2])
 
     def value_text(self, frame: int) -> str:
         """What the lane says about a frame, for a tooltip; empty where it says nothing."""
@@ -101,44 +113,6 @@ class Lane:
         if self.kind == "marks":
             return MARK_WORDS[Mark(int(value))]
         return f"{value:.1f} {self.unit}".rstrip() if np.isfinite(value) else "unknown"
-
-
-class Pyramid:
-    """An array (F,) with its reductions over blocks of 8, 64, 512 frames and so on.
-
-    A summary over columns then reads a number of blocks that depends on the number of columns
-    only, not on the length of the array. `reduce` must not care for order and repetition.
-    """
-
-    def __init__(self, values: NDArray[np.generic], reduce: np.ufunc) -> None:
-        self._reduce = reduce
-        self.levels: list[NDArray[np.generic]] = [values]
-        while len(self.levels[-1]) > _FACTOR:
-            last = self.levels[-1]
-            self.levels.append(reduce.reduceat(last, np.arange(0, len(last), _FACTOR)))
-
-    def top(self) -> float:
-        """Reduction over everything; NaN for an empty array."""
-        return float(self._reduce.reduce(self.levels[-1])) if len(self.levels[0]) else np.nan
-
-    def columns(self, edges: FloatArray) -> NDArray[np.generic]:
-        """Reduce over columns, of which each (C,) covers the frames from one edge to the next.
-
-        Edges ascend from 0 to F. A column narrower than a frame shows the frame that it lies in;
-        places are exact to a quarter of a column, and no value is left out.
-        """
-        per_column = (edges[-1] - edges[0]) / max(len(edges) - 1, 1)
-        level = 0
-        while level + 1 < len(self.levels) and 4 * _FACTOR ** (level + 1) <= per_column:
-            level += 1
-        blocks = self.levels[level]
-        scaled = edges / _FACTOR**level
-        first = np.clip(np.floor(scaled[:-1]).astype(np.int64), 0, len(blocks) - 1)
-        last = np.clip(np.ceil(scaled[1:]).astype(np.int64), first + 1, len(blocks))
-        # reduceat over (first, last) pairs; an end behind the last block may not be named
-        pairs = np.stack([first, last], axis=1).ravel()
-        padded = np.append(blocks, blocks[-1:])
-        return np.asarray(self._reduce.reduceat(padded, pairs)[::2])
 
 
 _FEWEST_FRAMES = 8.0
@@ -169,10 +143,6 @@ class TimelineScale:
         frame = int(np.floor(self.first + (x - self.left) / self.width * self.visible))
         return max(0, min(frame, self.frame_count - 1))
 
-    def edges(self, columns: int) -> FloatArray:
-        """Frames at the borders of `columns` columns (columns + 1,)."""
-        return np.linspace(self.first, self.last, columns + 1)
-
     def whole(self) -> TimelineScale:
         return replace(self, first=0.0, last=float(self.frame_count))
 
@@ -197,9 +167,9 @@ class TimelineScale:
         first = min(max(first, 0.0), max(self.frame_count - visible, 0.0))
         return replace(self, first=first, last=first + visible)
 
-    def ticks(self, smallest_gap: float = 70.0) -> list[int]:
-        """Frames to write a number at, at least `smallest_gap` pixels apart."""
-        wanted = smallest_gap / self.width * self.visible
+    def ticks(self) -> list[int]:
+        """Frames to write a number at, at least 70 pixels apart."""
+        wanted = 70.0 / self.width * self.visible
         power = 10 ** max(0, int(np.floor(np.log10(max(wanted, 1.0)))))
         step = next(power * m for m in (1, 2, 5, 10, 20) if power * m >= wanted)
         start = int(np.ceil(self.first / step)) * step

@@ -58,7 +58,7 @@ def rgba(colour: str) -> NDArray[np.uint8]:
 
 
 def _paint_heat(pixels: ImageArray, lane: Lane, edges: FloatArray, theme: Theme) -> None:
-    values = np.asarray(lane.summary.columns(edges), dtype=np.float64)
+    values = np.asarray(lane.columns(edges), dtype=np.float64)
     known = ~np.isnan(values)
     colours = heat_colours(values, lane.full_value, lane.colour, theme)
     pixels[1:-1, known] = colours[known]
@@ -68,7 +68,7 @@ def _paint_heat(pixels: ImageArray, lane: Lane, edges: FloatArray, theme: Theme)
 
 
 def _paint_marks(pixels: ImageArray, lane: Lane, edges: FloatArray, theme: Theme) -> None:
-    bits = np.asarray(lane.summary.columns(edges), dtype=np.uint8)
+    bits = np.asarray(lane.columns(edges), dtype=np.uint8)
     height = pixels.shape[0]
     middle = height // 2
     half = max(1, height // 12)

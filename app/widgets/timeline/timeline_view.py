@@ -30,6 +30,11 @@ HELP = (
     "down, to select lanes; Shift adds."
 )
 _ZOOMS = {Qt.Key.Key_Plus: 1.5, Qt.Key.Key_Equal: 1.5, Qt.Key.Key_Minus: 1 / 1.5}
+_STEPS = (
+    *(Qt.Key.Key_Left, Qt.Key.Key_Right, Qt.Key.Key_PageUp, Qt.Key.Key_PageDown),
+    *(Qt.Key.Key_Home, Qt.Key.Key_End),
+)
+"""Keys that step by frames, seconds and to the ends, each back and on."""
 _NAMES_NARROWEST, _NAMES_WIDEST = 120, 190
 _STEPS_PER_PAGE = 1000
 
@@ -243,9 +248,8 @@ class TimelineView(QAbstractScrollArea):
 
     def _area_of(self, frame: int) -> QRect:
         left, right = self.scale.x_of(frame), self.scale.x_of(frame + 1)
-        return QRectF(
-            left - 40.0, 0.0, right - left + 80.0, self.viewport().height()
-        ).toAlignedRect()
+        area = QRectF(left - 40.0, 0.0, right - left + 80.0, self.viewport().height())
+        return area.toAlignedRect()
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         position = event.position()
@@ -324,8 +328,9 @@ class TimelineView(QAbstractScrollArea):
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         shift = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
-        go = self._steps(10 if shift else 1)
-        key = Qt.Key(event.key())
+        one, second, every = 10 if shift else 1, max(1, round(self._fps)), self.scale.frame_count
+        go = dict(zip(_STEPS, (-one, one, -second, second, -every, every), strict=True))
+        key, old, here = Qt.Key(event.key()), self.selection, self.frame
         if not self.scale.frame_count:
             super().keyPressEvent(event)
         elif key in go:
@@ -337,31 +342,14 @@ class TimelineView(QAbstractScrollArea):
         elif key == Qt.Key.Key_Escape and (self.selection or self.selected_lanes):
             self._select(None)
             self._select_lanes(frozenset())
-        elif key in (Qt.Key.Key_BracketLeft, Qt.Key.Key_BracketRight):
-            self._select(self._selection_to_here(to_end=key == Qt.Key.Key_BracketRight))
+        elif key == Qt.Key.Key_BracketLeft:
+            self._select(range(here, max(old.stop, here + 1) if old else every))
+        elif key == Qt.Key.Key_BracketRight:
+            self._select(range(min(old.start, here) if old else 0, here + 1))
         elif key in (Qt.Key.Key_Up, Qt.Key.Key_Down) and self.lanes:
             self._select_next_lane(down=key == Qt.Key.Key_Down, adds=shift)
         else:
             super().keyPressEvent(event)
-
-    def _steps(self, one: int) -> dict[Qt.Key, int]:
-        """How many frames each key goes on; the Page keys go by a second."""
-        second, all_frames = max(1, round(self._fps)), self.scale.frame_count
-        return {
-            Qt.Key.Key_Left: -one,
-            Qt.Key.Key_Right: one,
-            Qt.Key.Key_PageUp: -second,
-            Qt.Key.Key_PageDown: second,
-            Qt.Key.Key_Home: -all_frames,
-            Qt.Key.Key_End: all_frames,
-        }
-
-    def _selection_to_here(self, *, to_end: bool) -> range:
-        """The selection when one of its ends is set to the frame that is shown."""
-        old, here = self.selection, self.frame
-        if to_end:
-            return range(min(old.start, here) if old else 0, here + 1)
-        return range(here, max(old.stop, here + 1) if old else self.scale.frame_count)
 
     def _select_next_lane(self, *, down: bool, adds: bool) -> None:
         names = [lane.id for lane in self.lanes]

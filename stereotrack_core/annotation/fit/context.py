@@ -26,9 +26,9 @@ from stereotrack_core.body.pose import Pose, hanging_pose
 from stereotrack_core.body.posing import pose_showing
 from stereotrack_core.body.proportions import Proportions
 from stereotrack_core.depth.cloud import Cloud
-from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.rotation import rotation_from_vector
 from stereotrack_core.geometry.triangulation import Sightings, point_of_sightings
+from stereotrack_core.recording.description import Cameras
 from stereotrack_core.tracking.parameters import TrackingParameters
 from stereotrack_core.tracking.shape_fit import SeenPose, fitted_shape
 
@@ -36,7 +36,7 @@ _LEAST_SIGMA = 3.0  # pixels; calibrations are no better than that
 _DISTANCE = 3.0  # metres in front of a lone camera at which somebody is looked for
 
 
-def watched_place(cameras: Mapping[str, Camera]) -> FloatArray:
+def watched_place(cameras: Cameras) -> FloatArray:
     """The point (3,), world, that the cameras look at together."""
     return watched_point(tuple(cameras.values()), _DISTANCE) if cameras else np.zeros(3)
 
@@ -75,11 +75,8 @@ def filled_over_time(points: FloatArray) -> FloatArray:
 
 def pose_at(points: FloatArray, body: BodyModel, landmark_set: LandmarkSet, usual: Pose) -> Pose:
     """Pose that shows the points (L, 3) that are known; what they do not tell is as usual."""
-    known = {
-        name: point
-        for name, point in zip(landmark_set.names, points, strict=True)
-        if name in NINE.names and np.isfinite(point).all()
-    }
+    rows = zip(landmark_set.names, points, strict=True)
+    known = {n: at for n, at in rows if n in NINE.names and np.isfinite(at).all()}
     return pose_showing(known, body, usual)
 
 
@@ -93,7 +90,7 @@ CLICKED_SHAPE = BodyShape(girdle=False)  # to begin with; clicks themselves shif
 class FitContext:
     """Cameras by name, landmarks that are clicked, person, frame rate, and names of the views."""
 
-    cameras: Mapping[str, Camera]
+    cameras: Cameras
     asked: LandmarkSet
     proportions: Proportions
     settings: FitSettings = field(default_factory=FitSettings)

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from stereotrack_core.annotation.click import USUAL_SIGMA, Click, ClickKey, measurements
+from stereotrack_core.annotation.click import USUAL_SIGMA, Click, ClickKey, Sigmas, measurements
 from stereotrack_core.annotation.fit.context import (
     FitContext,
     filled_over_time,
@@ -156,10 +156,7 @@ Clouds = Callable[[int], Cloud | MeasuredDepth | None]  # depth of a frame; None
 
 
 def _connected_stretches(
-    context: FitContext,
-    clicked: Mapping[int, Sequence[Click]],
-    gaps: Sequence[range],
-    has_depth: bool,
+    context: FitContext, clicked: Mapping[int, Sequence[Click]], gaps: Sequence[range], deep: bool
 ) -> list[range]:
     """Frames that hang together: between gaps, and near enough to a clicked frame."""
     frames = range(min(clicked), max(clicked) + 1) if clicked else range(0)
@@ -171,7 +168,7 @@ def _connected_stretches(
         if not len(inside):
             continue
         reach = len(frames)
-        if not has_depth:
+        if not deep:
             reach = int(context.settings.longest_fill * context.fps)
         away = np.abs(np.arange(run.start, run.stop)[:, None] - inside).min(axis=1)
         kept = stretches_of(away <= reach)
@@ -236,17 +233,9 @@ def _put_together(
                 residual[one.key], outlier[one.key] = miss, float(p)
     squared = np.concatenate([np.zeros(0), *surprise])
     factor = float(np.sqrt(np.median(squared) / MEDIAN_SURPRISE)) if len(squared) else np.nan
+    numbers = np.array(frames, dtype=np.int64)
     return TrajectoryFit(
-        names=names,
-        frame=np.array(frames, dtype=np.int64),
-        landmarks=places,
-        covariance=covariance,
-        limb_sigma_deg=limbs,
-        kind=kind,
-        nine=nine,
-        residual_px=residual,
-        outlier_probability=outlier,
-        sigma_factor=factor,
+        names, numbers, places, covariance, limbs, kind, nine, residual, outlier, factor
     )
 
 
@@ -299,7 +288,7 @@ class FitRequest:
     views: Sequence[str] | None = None
     settings: FitSettings = field(default_factory=FitSettings)
     landmarks: LandmarkSet = NINE
-    sigma: Mapping[str, float] | float = USUAL_SIGMA  # of a click, pixels per axis
+    sigma: Sigmas = USUAL_SIGMA  # of a click, pixels per axis
     source: str = "clicks"  # of the clicks, for messages
     gaps: Sequence[range] = ()  # frames that are left unknown
 
@@ -338,7 +327,7 @@ def fit_reference(
         where = "" if r.views is None else " of these views"
         what = f"there is no click in frames {frames.start} to {frames.stop - 1}{where}"
         remedy = "Click a few frames first, or choose other frames or views."
-        raise InputError(what, where=r.source, remedy=remedy)
+        raise InputError(what, r.source, remedy)
     person = proportions_of(recording.subject)
     fitting = ClickFit(recording.cameras, r.landmarks, person, r.settings, recording.fps)
     with recorded_depth(recording, r.settings, r.views) as depth:
@@ -351,7 +340,5 @@ def clicks_in(
     """Clicks in the cameras of the chosen views; all where none are chosen."""
     if views is None:
         return list(clicks)
-    cameras = {
-        stream.camera for name in views for stream in recording.view(name).streams().values()
-    }
+    cameras = {s.camera for name in views for s in recording.view(name).streams().values()}
     return [click for click in clicks if click.camera in cameras]

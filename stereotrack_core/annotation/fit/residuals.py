@@ -4,7 +4,7 @@ A click is judged by where everything but itself expects the landmark; judged by
 took part in, a click with a high leverage would always look right.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +15,7 @@ from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.pose import PartFrames
 from stereotrack_core.filtering.linearisation import Information, information
-from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.recording.description import Cameras
 from stereotrack_core.tracking.residuals.surface import SurfaceResidual
 
 _NEAREST = 0.05  # metres in front of a camera at which nearer points are drawn
@@ -43,7 +43,7 @@ class Clicks:
 
 
 def undistorted_clicks(
-    measurements: Sequence[Click], cameras: Mapping[str, Camera], names: Sequence[str], share: float
+    measurements: Sequence[Click], cameras: Cameras, names: Sequence[str], share: float
 ) -> Clicks:
     """Free clicks from distortion, of which a `share` are outliers.
 

@@ -15,7 +15,7 @@ from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.body.limbs import LIMB_ENDS, LIMBS
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.counting import spread_words
-from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.recording.description import Cameras
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
 
 CLICKED, INTERPOLATED, GAP = "clicked", "interpolated", "gap"
@@ -108,10 +108,7 @@ def _limb_sigmas(
 
 
 def exact_residuals(
-    measurements: Sequence[Click],
-    names: Sequence[str],
-    places: FloatArray,
-    cameras: Mapping[str, Camera],
+    measurements: Sequence[Click], names: Sequence[str], places: FloatArray, cameras: Cameras
 ) -> FloatArray:
     """Click minus place (M, 2) in raw pixels, through the real lens; NaN behind a camera."""
     found = np.empty((len(measurements), 2))
@@ -122,17 +119,13 @@ def exact_residuals(
 
 
 def frame_fit(
-    freedom: Freedom,
-    found: Fitted,
-    context: FitContext,
-    measurements: Sequence[Click],
-    factor: float,
+    freedom: Freedom, found: Fitted, context: FitContext, clicks: Sequence[Click], factor: float
 ) -> FrameFit:
     """Result of a fit of one frame whose clicks scatter by a factor more than they state."""
     judgement, names = found.judgements[0], context.asked.names
     report = reported(freedom, found.states[0], found.P[0], len(names))
-    residual = exact_residuals(measurements, names, report.places, context.cameras)
-    said = _words(report, measurements, judgement.outlier_probability, residual, context)
+    residual = exact_residuals(clicks, names, report.places, context.cameras)
+    said = _words(report, clicks, judgement.outlier_probability, residual, context)
     if factor > 1.0:
         said = [f"the clicks scatter {factor:.1f} times as much as their stated uncertainty", *said]
     where = found.states[0].pose, report.places, report.covariance, residual
@@ -154,9 +147,7 @@ def _words(
     for i in order[outlier[order] > PROBABLE]:
         one, off = measurements[i], float(np.linalg.norm(residual[i]))
         said.append(outlier_words(one.landmark, views.get(one.camera, one.camera), off))
-    right = Counter(
-        one.landmark for one, p in zip(measurements, outlier, strict=True) if p <= PROBABLE
-    )
+    right = Counter(c.landmark for c, p in zip(measurements, outlier, strict=True) if p <= PROBABLE)
     values, vectors = np.linalg.eigh(report.covariance)
     sigma = np.sqrt(np.maximum(values[:, -1], 0.0))
     for i in np.argsort(-sigma, kind="stable"):
@@ -181,10 +172,7 @@ def _label(name: str) -> str:
 
 
 def _along(
-    direction: FloatArray,
-    place: FloatArray,
-    cameras: Mapping[str, Camera],
-    views: Mapping[str, str],
+    direction: FloatArray, place: FloatArray, cameras: Cameras, views: Mapping[str, str]
 ) -> str:
     """``along the view of N`` where the direction is nearly that of a camera's ray."""
     nearest, name = _ALONG, ""

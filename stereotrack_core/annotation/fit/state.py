@@ -126,12 +126,9 @@ class Freedom:
     def shifts_joint(self) -> BoolArray:
         """Whether each landmark (L,) is a joint; of several at one joint the first alone is."""
         joints = {part for part in PARTS if part not in (PARTS[TORSO], PARTS[HEAD])}
-        found: BoolArray = np.array(
-            [
-                one.part in joints and not any((one.along, one.across, *one.offset))
-                for one in self.landmark_set.landmarks
-            ]
-        )
+        marks = self.landmark_set.landmarks
+        shown = (o.part in joints and not any((o.along, o.across, *o.offset)) for o in marks)
+        found: BoolArray = np.array(list(shown))
         for i in np.flatnonzero(found):
             found[i] = not np.any(found[:i] & (self.parts[:i] == self.parts[i]))
         return found
@@ -158,11 +155,9 @@ class Freedom:
     def displaced(self, state: FitState, delta: FloatArray) -> FitState:
         """Displace a state by an error state (n,)."""
         pose = orthonormal(displaced(state.pose, delta[: self.of_pose], self.joints))
-        return FitState(
-            pose,
-            state.offsets + delta[self.of_offsets].reshape(-1, 3),
-            state.biases + delta[self.of_biases].reshape(-1, 6),
-        )
+        offsets = state.offsets + delta[self.of_offsets].reshape(-1, 3)
+        biases = state.biases + delta[self.of_biases].reshape(-1, 6)
+        return FitState(pose, offsets, biases)
 
     def pose_difference(self, to: Pose, origin: Pose) -> FloatArray:
         """Error state of the pose alone that displaces `origin` to `to`."""
@@ -257,9 +252,8 @@ class Movement:
         speed = pose_sigmas(
             freedom, settings.speed_position, settings.speed_rotation, settings.speed_joint
         )
-        self.sigma = np.concatenate(
-            [np.full(of_pose, np.nan), shift_sigmas(freedom, settings), speed / fps]
-        )
+        shifts = shift_sigmas(freedom, settings)
+        self.sigma = np.concatenate([np.full(of_pose, np.nan), shifts, speed / fps])
         self.noise = self.sigma**2 * (1.0 - kept**2)
         self.noise[:of_pose] = (_UNEVEN * speed / fps) ** 2
 
@@ -278,12 +272,9 @@ class Movement:
         """
         f = self.freedom
         nothing = np.zeros(f.of_pose)
-        at = np.array(
-            [
-                np.concatenate([nothing, state.offsets.ravel(), state.biases.ravel(), speed])
-                for state, speed in zip(states, speeds, strict=True)
-            ]
-        )
+        pairs = zip(states, speeds, strict=True)
+        rows = ([nothing, s.offsets.ravel(), s.biases.ravel(), speed] for s, speed in pairs)
+        at = np.array([np.concatenate(row) for row in rows])
         kept = np.diagonal(self.F)
         c = at[:-1] * kept - at[1:]
         for k, (one, other) in enumerate(pairwise(states)):

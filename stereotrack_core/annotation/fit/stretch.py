@@ -85,11 +85,8 @@ def recorded_depth(
     recording: Recording, settings: FitSettings, views: Sequence[str] | None = None
 ) -> Iterator[Callable[[int], MeasuredDepth] | None]:
     """Give a function from frame to depth, or None where there is none. Raises InputError."""
-    names = [
-        view.name
-        for view in recording.views
-        if view.kind != "mono" and (views is None or view.name in views)
-    ]
+    deep = (view.name for view in recording.views if view.kind != "mono")
+    names = [name for name in deep if views is None or name in views]
     if not names or not settings.use_depth:
         yield None
         return
@@ -161,9 +158,8 @@ class Stretch:
         factors = np.ones((len(data) - 1, f.of_pose))
         judgements = [_all_right(frame.clicks) for frame in data]
         for i in range(rounds):
-            measured = [
-                self.information(*args, i) for args in zip(data, states, judgements, strict=True)
-            ]
+            every = zip(data, states, judgements, strict=True)
+            measured = [self.information(*args, i) for args in every]
             found = smooth(move.walk(states, speeds, factors, usual, pose_sigma), measured)
             step = np.clip(found.mean, -_STEP_LIMIT, _STEP_LIMIT)
             states = [f.displaced(s, d[:n]) for s, d in zip(states, step, strict=True)]

@@ -121,10 +121,8 @@ def _crossing(where: Whereabouts, inside: BoolArray, arms: list[int]) -> list[Ev
     share, least, frame = _near(away, where.frame[inside], CROSSED)
     if share <= 0.0:
         return []
-    words = (
-        f"the arms are {100.0 * least:.0f} cm apart in frame {frame}, and close to each other in "
-        f"{100.0 * share:.0f} % of the frames"
-    )
+    near = f"close to each other in {100.0 * share:.0f} % of the frames"
+    words = f"the arms are {100.0 * least:.0f} cm apart in frame {frame}, and {near}"
     return [Evidence("crossing", min(1.0, 1.6 * share), least, "m", words)]
 
 
@@ -133,10 +131,8 @@ def _beside_torso(
 ) -> list[Evidence]:
     away = _to_torso(where.points[inside])[:, arms].min(axis=1, initial=np.inf)
     share, least, frame = _near(away, where.frame[inside], BESIDE_TORSO)
-    words = (
-        f"{100.0 * least:.0f} cm from the centre of the torso in frame {frame}, close to it in "
-        f"{100.0 * share:.0f} % of the frames"
-    )
+    near = f"close to it in {100.0 * share:.0f} % of the frames"
+    words = f"{100.0 * least:.0f} cm from the centre of the torso in frame {frame}, {near}"
     # arms that cross in front of the body are close to it as well
     strength = min(1.0, 1.1 * share) * (1.0 - 0.8 * crossing)
     return [Evidence("torso", strength, least, "m", words)] if strength > 0.05 else []
@@ -154,10 +150,8 @@ def _too_fast(where: Whereabouts, early: BoolArray, arms: list[int]) -> list[Evi
     strength = float(np.clip((most - _SLOW) / (_FAST - _SLOW), 0.0, 1.0))
     if strength <= 0.0:
         return []
-    words = (
-        f"the limb rotates by {most:.0f}° between frames at frame {where.frame[place]}, "
-        f"{most * where.fps:.0f}° per second"
-    )
+    where_fast = f"between frames at frame {where.frame[place]}"
+    words = f"the limb rotates by {most:.0f}° {where_fast}, {most * where.fps:.0f}° per second"
     return [Evidence("fast", strength, most * where.fps, "deg/s", words)]
 
 
@@ -261,12 +255,8 @@ def _misfit(views: Sequence[str], looks: Sequence[Look]) -> list[Evidence]:
     known = np.isfinite(offsets).all(axis=2).sum(axis=0) >= max(1, len(looks) // 3)
     if known.sum() < 2:
         return []
-    mean = np.array(
-        [
-            np.nanmean(offsets[:, v], axis=0) if known[v] else np.full(3, np.nan)
-            for v in range(len(views))
-        ]
-    )
+    every, nowhere = range(len(views)), np.full(3, np.nan)
+    mean = np.array([np.nanmean(offsets[:, v], axis=0) if known[v] else nowhere for v in every])
     others = np.array([np.nanmedian(np.delete(mean, v, axis=0), axis=0) for v in range(len(views))])
     off = np.nan_to_num(np.linalg.norm(mean - others, axis=1))
     v = int(np.argmax(off))

@@ -42,9 +42,8 @@ class Window:
     def cut(self, image: ImageArray) -> ImageArray:
         """The part of a picture (H, W) or (H, W, 3), as (height, width, 3) BGR."""
         colour = cv2.cvtColor(image, cv2.COLOR_GRAY2BGR) if image.ndim == 2 else image
-        move = np.array(
-            [[self.scale, 0.0, -self.scale * self.left], [0.0, self.scale, -self.scale * self.top]]
-        )
+        s = self.scale
+        move = np.array([[s, 0.0, -s * self.left], [0.0, s, -s * self.top]])
         how = cv2.INTER_LINEAR if self.scale > 0.75 else cv2.INTER_AREA
         cut = cv2.warpAffine(colour, move, (self.width, self.height), flags=how)
         return np.asarray(cut, dtype=np.uint8)
@@ -79,9 +78,8 @@ def draw_reference(
     picture: ImageArray, camera: Camera, window: Window, landmarks: FloatArray
 ) -> None:
     """Draw the reference (9, 3), world, as a dashed white skeleton into a picture, in place."""
-    neck = 0.5 * (
-        landmarks[LANDMARKS.index("left_shoulder")] + landmarks[LANDMARKS.index("right_shoulder")]
-    )
+    both = [landmarks[LANDMARKS.index(f"{side}_shoulder")] for side in ("left", "right")]
+    neck = 0.5 * (both[0] + both[1])
     lines = [(landmarks[LANDMARKS.index(a)], landmarks[LANDMARKS.index(b)]) for a, b in SKELETON]
     lines.append((neck, landmarks[LANDMARKS.index("head")]))
     for a, b in lines:

@@ -70,10 +70,8 @@ def stretches_of(search: FailureSearch) -> tuple[segment.FailureSegment, ...]:
         errors = errors_against(run.trajectory(), at_frames(reference, run.frame))
         degrees = errors.frame, np.degrees([errors.of_limb(limb) for limb in LIMBS]).T
         found = (*found, *segment.failures_by_error(errors, search.fps, search.rules))
-    found = tuple(
-        replace(one, error_deg=_largest(one, *degrees), chance=_largest(one, *chance))
-        for one in found
-    )
+    told = ((one, _largest(one, *degrees), _largest(one, *chance)) for one in found)
+    found = tuple(replace(one, error_deg=deg, chance=share) for one, deg, share in told)
     return tuple(sorted(found, key=lambda e: (e.first, e.last, e.found, e.limbs)))
 
 
@@ -122,10 +120,8 @@ def explained(
                 done += len(frames)
         for one, told, seen in zip(failures, evidence, looks[1:], strict=True):
             told += causes.look_evidence(one, looker.view_names, seen, looks[0])
-    return tuple(
-        replace(one, verdict=causes.verdict_of(told))
-        for one, told in zip(failures, evidence, strict=True)
-    )
+    pairs = zip(failures, evidence, strict=True)
+    return tuple(replace(one, verdict=causes.verdict_of(told)) for one, told in pairs)
 
 
 def _free(search: FailureSearch, failures: Sequence[segment.FailureSegment]) -> IntArray:

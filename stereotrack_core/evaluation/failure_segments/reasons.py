@@ -19,7 +19,7 @@ WHY_WORDS: Mapping[Why, str] = MappingProxyType(
         "search": "search missed it",
         "cost": "cost wrong",
         "data": "data missing",
-        "right": "arms right",
+        "right": "arms correct",
     }
 )
 TERM_WORDS: Mapping[str, str] = MappingProxyType(

@@ -242,9 +242,8 @@ def joined(
     Stretches of one arm are one failure where they share a frame, others where they share half.
     """
     every = [(limb, stretch) for limb in LIMBS for stretch in stretches.get(limb, ())]
-    pairs = [
-        (i, j) for (i, one), (j, other) in combinations(enumerate(every), 2) if _belong(one, other)
-    ]
+    both = combinations(enumerate(every), 2)
+    pairs = [(i, j) for (i, one), (j, other) in both if _belong(one, other)]
     links = np.array(pairs, dtype=np.int64).reshape(-1, 2).T
     size = (len(every),) * 2
     graph = scipy.sparse.coo_array((np.ones(len(pairs)), (links[0], links[1])), shape=size)
@@ -295,10 +294,8 @@ def _of_limbs(
     """High stretches of values (F, 6), which begin at a level and end at a share of it."""
     enter, share = levels
     least, bridge = round(rules.episode_least * fps), round(rules.episode_bridge * fps)
-    return {
-        limb: high_stretches(frame, value[:, i], enter, share * enter, max(1, least), bridge)
-        for i, limb in enumerate(LIMBS)
-    }
+    limits = (enter, share * enter, max(1, least), bridge)
+    return {limb: high_stretches(frame, value[:, i], *limits) for i, limb in enumerate(LIMBS)}
 
 
 def failures_by_error(
@@ -374,9 +371,8 @@ def lost_chances(run: Run, fps: float, fitted: Coefficients = _FITTED) -> FloatA
     result: FloatArray = np.full((len(run.frame), len(LIMBS)), np.nan)
     for half, limbs in ARM_HALVES.items() if has_signs(run) else ():
         constant, *slopes = fitted[half]
-        result[:, list(limbs)] = scipy.special.expit(
-            constant + signs[:, list(limbs)] @ np.array(slopes)
-        )
+        own = list(limbs)
+        result[:, own] = scipy.special.expit(constant + signs[:, own] @ np.array(slopes))
     for limb in (TORSO, *UPPER_ARMS, *FOREARMS):
         result[~run.tracked, limb] = 1.0
     return result

@@ -116,11 +116,8 @@ def limb_icp(measured: Measurements, predicted: Belief, _: State) -> tuple[Belie
     for turn in range(ROUNDS):
         given = measured.surface(at.pose, wide=turn == 0)
         own = {part: given.data[given.part == part] for part in range(len(PARTS))}
-        limbs = [
-            _registered(part, data, at.pose, setup, len(measured.data))
-            for part, data in own.items()
-            if len(data) >= _LEAST_DATA
-        ]
+        enough = {part: data for part, data in own.items() if len(data) >= _LEAST_DATA}
+        limbs = [_registered(k, d, at.pose, setup, len(measured.data)) for k, d in enough.items()]
         for _turn in range(_JOINING):
             from_prior = difference(predicted.pose, at.pose, setup.joints)
             dx, P = posterior(P0_inverse, from_prior, _joined(limbs, measured, at.pose))

@@ -141,11 +141,7 @@ _SLACK = 0.01  # metres beyond the limits at which an arm is still asked about t
 
 
 def energies(
-    setup: Setup,
-    data: FloatArray,
-    centre: Pose,
-    deltas: FloatArray,
-    beside: Sequence[Residual] = (),
+    setup: Setup, data: FloatArray, centre: Pose, deltas: FloatArray, beside: Sequence[Residual]
 ) -> FloatArray:
     """Negative logarithms (K,) of the likelihood of displacements (K, n) of a pose, but a constant.
 

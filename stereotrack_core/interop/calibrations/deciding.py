@@ -26,7 +26,7 @@ from stereotrack_core.interop.calibrations.foreign import METRES_PER_UNIT, Forei
 from stereotrack_core.interop.calibrations.formats import read_foreign
 from stereotrack_core.recording.calibration import read_calibration
 from stereotrack_core.recording.camera_checks import at_one_place, common_centre, world_camera
-from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.description import Cameras, Recording
 from stereotrack_core.recording.importing.choices import Choices, cameras_of, size_of
 
 CONVENTIONS: Mapping[str, Callable[[FloatArray, FloatArray], RigidTransform]] = {
@@ -61,16 +61,14 @@ _POSSIBLE_M = {
 Pairs: TypeAlias = Sequence[tuple[str, str]]  # names of the left and right cameras of stereo views
 
 
-def viewpoints(cameras: Mapping[str, Camera]) -> dict[str, Camera]:
+def viewpoints(cameras: Cameras) -> dict[str, Camera]:
     """One camera of each place: of two beside each other that look the same way, the first."""
     spans = [_apart(a, b) for a, b in combinations(cameras.values(), 2)]
     width = max(spans, default=0.0)
     kept: dict[str, Camera] = {}
     for name, camera in cameras.items():
-        if not any(
-            _apart(camera, other) < _NEAR * width and _same_way(camera, other)
-            for other in kept.values()
-        ):
+        near = (other for other in kept.values() if _apart(camera, other) < _NEAR * width)
+        if not any(_same_way(camera, other) for other in near):
             kept[name] = camera
     return kept
 
@@ -84,7 +82,7 @@ def _same_way(a: Camera, b: Camera) -> bool:
     return bool(axes[0] @ axes[1] > _PARALLEL)
 
 
-def in_order(cameras: Mapping[str, Camera], pairs: Pairs) -> bool | None:
+def in_order(cameras: Cameras, pairs: Pairs) -> bool | None:
     """Whether the cameras look at one place, and left ones stand left; None if it is open."""
     for left, right in pairs:
         offset = cameras[right].camera_from_world.apply(cameras[left].position_world)
@@ -103,9 +101,7 @@ def in_order(cameras: Mapping[str, Camera], pairs: Pairs) -> bool | None:
     return True if len(apart) > 2 or pairs else None
 
 
-def lengths_of(
-    cameras: Mapping[str, Camera], pairs: Pairs, square: float | None
-) -> dict[str, float]:
+def lengths_of(cameras: Cameras, pairs: Pairs, square: float | None) -> dict[str, float]:
     """Lengths of a rig, in its own unit, that people know the size of."""
     lengths: dict[str, float] = {}
     if square is not None:
@@ -131,7 +127,7 @@ DOCUMENTED = "world-to-camera"
 class Decided:
     """Cameras in metres, the `reasons` for how the file was read, and `notes` about the cameras."""
 
-    cameras: Mapping[str, Camera]
+    cameras: Cameras
     convention: str
     unit: str
     reasons: tuple[str, ...]
@@ -168,7 +164,7 @@ def completed(
         if own is None:
             what = f"the file does not state the image size of {name}"
             remedy = "Give the recording with --recording, or the size with --size WIDTHxHEIGHT."
-            raise InputError(what, where=foreign.where, remedy=remedy)
+            raise InputError(what, foreign.where, remedy)
         if shown is not None and is_padded(own, shown):
             notes.append(PADDED.format(name, *own, *shown))
             own = shown
@@ -178,7 +174,7 @@ def completed(
                 f"the recording have {shown[0]} x {shown[1]}"
             )
             remedy = "Use a calibration made with images of this size, or the original images."
-            raise InputError(what, where=foreign.where, remedy=remedy)
+            raise InputError(what, foreign.where, remedy)
         cameras.append(replace(one, name=name, size=own))
     if lacking := [name for name in known if name not in chosen]:
         notes.append(f"the file lacks {', '.join(lacking)} of the recording")
@@ -193,7 +189,7 @@ def _names(
         if len(given) != len(own) or len(set(given)) < len(given):
             what = f"the file has {len(own)} cameras: {', '.join(own)}"
             remedy = "Give a different name for each, in this order, separated by commas."
-            raise InputError(what, where="--names", remedy=remedy)
+            raise InputError(what, "--names", remedy)
         return list(given)
     if recording is None or set(own) & set(recording.cameras):
         return own
@@ -203,7 +199,7 @@ def _names(
     theirs, ours = ", ".join(own), ", ".join(recording.cameras)
     what = f"its cameras are named {theirs}, but those of the recording {ours}"
     remedy = "Give the recording's names in the order of the file: --names A,B,..."
-    raise InputError(what, where=foreign.where, remedy=remedy)
+    raise InputError(what, foreign.where, remedy)
 
 
 def cameras_read(foreign: ForeignCalibration, convention: str) -> dict[str, Camera]:
@@ -253,9 +249,7 @@ def _convention(
     """The convention, why it was chosen, and what is doubtful about it."""
     if given is not None:
         return given, f"convention {given}: given with --convention", ()
-    fitting = [
-        name for name in CONVENTIONS if in_order(cameras_read(foreign, name), pairs) is not False
-    ]
+    fitting = [n for n in CONVENTIONS if in_order(cameras_read(foreign, n), pairs) is not False]
     if DOCUMENTED in fitting or foreign.documented:
         reason = f"convention {DOCUMENTED}: as {foreign.format} documents it"
         others = " or ".join(f"--convention {name}" for name in fitting)
@@ -267,27 +261,22 @@ def _convention(
         return DOCUMENTED, reason, () if DOCUMENTED in fitting else (unusual,)
     what = "the cameras look at no common place, however rotations and translations are read"
     if fitting:
-        what = (
-            "the places of the cameras contradict the convention that "
-            f"{foreign.format} documents; these fit: {' or '.join(fitting)}"
-        )
+        against = f"the convention that {foreign.format} documents"
+        what = f"the places of the cameras contradict {against}; these fit: {' or '.join(fitting)}"
     remedy = "Choose one with --convention, and check the cameras in the workbench."
-    raise Undecided(what, where=foreign.where, remedy=remedy)
+    raise Undecided(what, foreign.where, remedy)
 
 
 def _unit(
-    foreign: ForeignCalibration, cameras: Mapping[str, Camera], pairs: Pairs, given: str | None
+    foreign: ForeignCalibration, cameras: Cameras, pairs: Pairs, given: str | None
 ) -> tuple[str, str, tuple[str, ...]]:
     """The unit of length, why it was chosen, and what is doubtful about it."""
     if given is not None:
         return given, f"unit {given}: given with --units", ()
     lengths = lengths_of(cameras, pairs, foreign.square)
     limits = [(length, *_POSSIBLE_M[name]) for name, length in lengths.items()]
-    possible = [
-        unit
-        for unit, metres in METRES_PER_UNIT.items()
-        if limits and all(least <= length * metres <= most for length, least, most in limits)
-    ]
+    units = METRES_PER_UNIT.items() if limits else ()
+    possible = [unit for unit, m in units if all(low <= x * m <= high for x, low, high in limits)]
     stated = foreign.unit
     if stated is not None and (stated in possible or not lengths or foreign.documented):
         source = "stated by the file" if foreign.stated else f"what {foreign.format} writes"
@@ -305,7 +294,7 @@ def _unit(
     if stated is not None:
         what = f"the lengths are not possible in {stated}, the unit of {foreign.format} ({lines})"
     remedy = f"Give it with --units {'|'.join(possible or METRES_PER_UNIT)}."
-    raise Undecided(what, where=foreign.where, remedy=remedy)
+    raise Undecided(what, foreign.where, remedy)
 
 
 def _lengths(lengths: Mapping[str, float], unit: str) -> str:
@@ -318,11 +307,7 @@ def _lengths(lengths: Mapping[str, float], unit: str) -> str:
 
 
 def with_calibration(
-    choices: Choices,
-    paths: Sequence[Path],
-    *,
-    unit: str | None = None,
-    convention: str | None = None,
+    choices: Choices, paths: Sequence[Path], *, unit: str | None, convention: str | None
 ) -> tuple[Choices, Decided | None]:
     """Choices with the cameras of files, matched by their names, and how they were read.
 

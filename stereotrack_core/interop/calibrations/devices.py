@@ -39,13 +39,8 @@ _KEYS = {
     "width": ("image_width", "width"),
     "height": ("image_height", "height"),
 }
-_MODELS = {
-    "": False,
-    "plumb_bob": False,
-    "rational_polynomial": False,
-    "equidistant": True,
-    "fisheye": True,
-}
+_MODELS = dict.fromkeys(("", "plumb_bob", "rational_polynomial"), False)
+_MODELS |= dict.fromkeys(("equidistant", "fisheye"), True)  # whether it is of a fisheye
 
 
 def read_camera_info(document: Document) -> ForeignCalibration | None:
@@ -60,9 +55,8 @@ def read_camera_info(document: Document) -> ForeignCalibration | None:
         raise foreign.refusal(f"{where}, distortion_model", what, remedy)
     header = content.get("header")
     frame = header.get("frame_id") if isinstance(header, Mapping) else None
-    name = (
-        foreign.text_of(content.get("camera_name")) or foreign.text_of(frame) or document.path.stem
-    )
+    names = map(foreign.text_of, (content.get("camera_name"), frame))
+    name = next(filter(None, names), document.path.stem)
     turned = np.eye(3)  # camera_from_world, where the world is the rectified left camera
     given = content.get("rectification_matrix", content.get("R", content.get("r")))
     if given is not None:
@@ -117,9 +111,8 @@ def _qualisys_camera(element: Element, name: str, place: str) -> ForeignCamera:
         raise foreign.refusal(
             place, "it lacks fov_video, intrinsic or transform", "Calibrate it in QTM."
         )
-    left, top, right, bottom = (
-        _number(shown, key, place) for key in ("left", "top", "right", "bottom")
-    )
+    edges = ("left", "top", "right", "bottom")
+    left, top, right, bottom = (_number(shown, key, place) for key in edges)
     fx, fy, cx, cy, skew = (
         _number(lens, key, place) / _PER_PIXEL
         for key in ("focalLengthU", "focalLengthV", "centerPointU", "centerPointV", "skew")
@@ -170,9 +163,8 @@ def read_zed(document: Document) -> ForeignCalibration | None:
         raise foreign.refusal(
             document.where, "it holds no lens of a ZED camera at a known resolution"
         )
-    pairs = tuple(
-        ForeignCalibration("ZED", document.where, pair, "mm", documented=True) for pair in found
-    )
+    where = document.where
+    pairs = tuple(ForeignCalibration("ZED", where, one, "mm", documented=True) for one in found)
     return replace(pairs[0], other_sizes=pairs)
 
 

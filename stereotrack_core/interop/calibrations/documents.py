@@ -60,7 +60,7 @@ def read_document(path: Path) -> Document:
     content = parsed_json(text, str(path)) if kind == "json" else _yaml(text, path)
     if not isinstance(content, Mapping):
         what = "this is not a calibration file: it holds no names with values"
-        raise InputError(what, where=str(path), remedy="Check that it is the right file.")
+        raise InputError(what, path, "Check that it is the right file.")
     return Document(path, kind, content)
 
 
@@ -89,16 +89,15 @@ def _yaml(text: str, path: Path) -> Any:
         text = text.partition("\n")[2]  # OpenCV writes the directive in a way of its own
     if len(text) > _YAML_BYTES:
         what = f"the file has more than {_YAML_BYTES // MB} MB, too large for a calibration as YAML"
-        raise InputError(what, where=str(path), remedy="Keep only the cameras in it.")
+        raise InputError(what, path, "Keep only the cameras in it.")
     with decoding(path, "this is not valid YAML", _REMEDY):
         try:
             documents = yaml.load_all(text, _Loader)
             content = next((_plain(one) for one in documents if one is not None), None)
         except yaml.MarkedYAMLError as error:
             line = "" if error.problem_mark is None else f", line {error.problem_mark.line + 1}"
-            raise InputError(
-                "this is not valid YAML", where=f"{path}{line}", remedy="Correct this line."
-            ) from None
+            what = "this is not valid YAML"
+            raise InputError(what, f"{path}{line}", "Correct this line.") from None
         except yaml.YAMLError as error:
             raise ValueError from error
     checked_tree(content, str(path))
@@ -132,7 +131,7 @@ def _ini(text: str, path: Path) -> Mapping[str, Mapping[str, str]]:
 def _xml(text: str, path: Path) -> ElementTree.Element:
     if "<!DOCTYPE" in text or "<!ENTITY" in text:
         what = "it declares XML entities, which no calibration needs"
-        raise InputError(what, where=str(path), remedy="Check that it is the right file.")
+        raise InputError(what, path, "Check that it is the right file.")
     # what Python's parser is warned of needs the declarations that were refused above
     with decoding(path, "this is not valid XML", _REMEDY):
         return ElementTree.fromstring(text)  # noqa: S314
@@ -142,9 +141,8 @@ def _mat(path: Path) -> Mapping[str, Any]:
     with open_file(path, _MAT_BYTES) as file:
         data = file.read(128)
     if data[:4] == _HDF5_MAGIC or data[:10] == b"MATLAB 7.3":
-        what = "this is a MAT file of version 7.3, which cannot be read"
         remedy = "In MATLAB, save it with save(..., '-v7'), or write JSON with jsonencode."
-        raise InputError(what, where=str(path), remedy=remedy)
+        raise InputError("this is a MAT file of version 7.3, which cannot be read", path, remedy)
     with decoding(path, _NO_MAT, _REMEDY):
         if data[126:128] not in (b"IM", b"MI"):
             raise ValueError("it does not begin as one")

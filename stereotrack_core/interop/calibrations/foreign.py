@@ -73,14 +73,13 @@ class ForeignCalibration:
         if size in sizes:
             return sizes[size]
         listed = ", ".join(f"{one[0]}x{one[1]}" for one in sizes if one)
-        what = f"the file holds cameras for images of {listed}"
         remedy = "Give the recording with --recording, or one of them with --size WIDTHxHEIGHT."
-        raise InputError(what, where=self.where, remedy=remedy)
+        raise InputError(f"the file holds cameras for images of {listed}", self.where, remedy)
 
 
 def refusal(where: str, what: str, remedy: str = _AGAIN) -> InputError:
     """What is wrong with a value at a place in a file."""
-    return InputError(what, where=where, remedy=remedy)
+    return InputError(what, where, remedy)
 
 
 def array_of(value: Any, shape: tuple[int, ...] | None, where: str, expected: str) -> FloatArray:

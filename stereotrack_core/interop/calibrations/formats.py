@@ -79,7 +79,7 @@ def toml_text(cameras: Iterable[Camera], layout: str, unit: str) -> str:
         if key == "metadata":
             what = "Pose2Sim cannot have a camera named 'metadata'"
             where = f"camera {camera.name}"
-            raise InputError(what, where=where, remedy="Rename the camera in calibration.toml.")
+            raise InputError(what, where, "Rename the camera in calibration.toml.")
         sections[key] = section_of(camera, foreign.METRES_PER_UNIT[unit])
         if layout == "pose2sim":
             size = [float(camera.width), float(camera.height)]
@@ -123,7 +123,7 @@ def _read(document: Document) -> ForeignCalibration | None:
     what = "this is XML, but neither OpenCV's nor Qualisys'"
     if document.kind == "ini":
         what = "these are settings, but not the calibration of a ZED camera"
-    raise InputError(what, where=document.where, remedy="Check that it is a calibration file.")
+    raise InputError(what, document.where, "Check that it is a calibration file.")
 
 
 def _together(found: Sequence[ForeignCalibration]) -> ForeignCalibration:
@@ -132,7 +132,7 @@ def _together(found: Sequence[ForeignCalibration]) -> ForeignCalibration:
     where = ", ".join(one.where for one in found)
     if any(one.format != first.format or one.unit != first.unit for one in found):
         what = f"the files are of different formats ({', '.join(one.format for one in found)})"
-        raise InputError(what, where=where, remedy="Import them one at a time.")
+        raise InputError(what, where, "Import them one at a time.")
     cameras = tuple(camera for one in found for camera in one.cameras)
     notes = tuple(note for one in found for note in one.notes)
     return replace(first, where=where, cameras=cameras, notes=notes)

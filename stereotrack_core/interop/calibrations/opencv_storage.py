@@ -95,9 +95,7 @@ def _cameras(content: Mapping[str, Any], stem: str, where: str) -> Iterator[Fore
         return
     for left, right in _SIDES:
         for order in ("{name}{side}", "{side}{name}"):
-            pair = [
-                [order.format(name=name, side=side) for name in _MATRIX] for side in (left, right)
-            ]
+            pair = [[order.format(name=n, side=side) for n in _MATRIX] for side in (left, right)]
             if all(_first(values, one) is not None for one in pair):
                 yield from _stereo(values, order, (left, right), where)
                 return
@@ -148,9 +146,8 @@ def _stereo(
 
 
 def _of_rig(content: Mapping[str, Any], name: str, where: str) -> ForeignCamera:
-    own = _known(
-        {key.removesuffix(f"_{name}"): content[key] for key in content if key.endswith(f"_{name}")}
-    )
+    mine = [key for key in content if key.endswith(f"_{name}")]
+    own = _known({key.removesuffix(f"_{name}"): content[key] for key in mine})
     place = f"{where}, camera {name}"
     if not name or _first(own, ("k",)) is None:
         raise foreign.refusal(
@@ -163,14 +160,11 @@ def _shared(values: Values) -> dict[str, Any]:
     """Lens model and image size, where the file has it."""
     names = ("distortionmodel", "cameramodel", "model")
     models = (foreign.text_of(values.get(key)).lower().replace("_", "") for key in names)
-    fisheye = foreign.text_of(values.get("fisheyemodel")) == "1" or any(
-        one in _FISHEYE for one in models
-    )
+    fisheye = foreign.text_of(values.get("fisheyemodel")) == "1"
+    fisheye = fisheye or any(one in _FISHEYE for one in models)
     fisheye = fisheye or values.get("fisheye") in (True, 1, "1")
-    width, height = (
-        _first(values, (f"image{side}", side, f"img{side}", side[0]))
-        for side in ("width", "height")
-    )
+    names_of = ((f"image{side}", side, f"img{side}", side[0]) for side in ("width", "height"))
+    width, height = (_first(values, own) for own in names_of)
     both = _first(values, ("imagesize", "size", "resolution"))
     return {"fisheye": fisheye, "size": both if None in (width, height) else [width, height]}
 
@@ -180,8 +174,7 @@ def storage_text(cameras: Sequence[Camera], unit: str, suffix: str) -> str:
     unfit = next((one.name for one in cameras if not _NODE_NAME.fullmatch(one.name)), None)
     if unfit is not None:
         what = "OpenCV's files allow letters, digits, - and _ in names only"
-        where = f"camera {unfit!r}"
-        raise InputError(what, where=where, remedy="Rename the camera in calibration.toml.")
+        raise InputError(what, f"camera {unfit!r}", "Rename the camera in calibration.toml.")
     storage = cv2.FileStorage(
         f"calibration{suffix}", cv2.FILE_STORAGE_WRITE | cv2.FILE_STORAGE_MEMORY
     )

@@ -33,7 +33,7 @@ def read_array(source: KeypointSource) -> Iterator[FileRow]:
     if array.ndim == 3:
         array = array[None]
     if array.ndim != 4 or array.shape[3] < 2:
-        raise InputError(f"the array has the shape {array.shape}", where=str(path), remedy=remedy)
+        raise InputError(f"the array has the shape {array.shape}", path, remedy)
     count, body = array.shape[2], len(MEDIAPIPE_33)
     if source.layout is None and count > body and not layouts_of(count):  # hands and face follow
         names: Sequence[str] = (*MEDIAPIPE_33, *(f"point_{i}" for i in range(body, count)))
@@ -59,8 +59,7 @@ def _cameras(source: KeypointSource, count: int) -> Sequence[str]:
         if len(found) == count:
             return found
     what = f"the array has {count} cameras, the recording {len(every)}"
-    remedy = "Save one array for each camera, and give --camera."
-    raise InputError(what, where=str(source.path), remedy=remedy)
+    raise InputError(what, source.path, "Save one array for each camera, and give --camera.")
 
 
 def pixels_of_shares(places: FloatArray, camera: Camera) -> FloatArray:
@@ -100,9 +99,7 @@ def read_wide(source: KeypointSource) -> Iterator[FileRow]:
         frame = row if own_frame is None else whole_number(cells[own_frame], path, number, "frame")
         frames.append(checked_frame(frame, where=f"{path}, line {number}"))
         for k, own in enumerate(columns.values()):
-            values = {
-                one: number_or_nan(cells[j], path, number, header[j]) for one, j in own.items()
-            }
+            values = {a: number_or_nan(cells[j], path, number, header[j]) for a, j in own.items()}
             places[row, k] = values["x"], values["y"]
             sure[row, k] = values.get("sure", 1.0)
     places = pixels_of_shares(places, source.recording.cameras[camera])

@@ -92,11 +92,9 @@ def read_annotations(source: KeypointSource) -> Iterator[FileRow]:
     """Rows of an annotations file; InputError where it is none."""
     content = coco_content(source.path)
     categories = {one.get("id"): one.get("keypoints") for one in content["categories"]}
-    people = [
-        (one, f"{source.path}, annotation {one.get('id', '?')}", source.detector)
-        for one in content["annotations"]
-        if one.get("keypoints") is not None
-    ]
+    path, own = source.path, source.detector
+    there = [one for one in content["annotations"] if one.get("keypoints") is not None]
+    people = [(one, f"{path}, annotation {one.get('id', '?')}", own) for one in there]
     for one, where, _ in people:
         check_kind(one["keypoints"], _VALUES, where, _OF_POINTS)
     return _coco_rows(source, people, places_of_images(content["images"], source), categories)
@@ -131,7 +129,7 @@ def _triples(one: Mapping[str, Any], key: str, where: str) -> list[tuple[float, 
     flat = [float(v) for one in values for v in (one if isinstance(one, list) else [one])]
     if len(flat) % 3:
         what = f"{key} has {len(flat)} numbers, not three for each point"
-        raise InputError(what, where=where, remedy=_OF_POINTS)
+        raise InputError(what, where, _OF_POINTS)
     return list(zip(flat[0::3], flat[1::3], flat[2::3], strict=True))
 
 
@@ -185,7 +183,7 @@ def read_mmpose(source: KeypointSource, content: Any) -> Iterator[FileRow]:
     check_kind(content, _MMPOSE_FRAMES, path, _MMPOSE_REMEDY)
     for one in content:
         if (number := one.get("frame_id")) is None:
-            raise InputError("a frame has no frame_id", where=path, remedy=_MMPOSE_REMEDY)
+            raise InputError("a frame has no frame_id", path, _MMPOSE_REMEDY)
         frame = checked_frame(float(number - first), where=path)
         where = f"{path}, frame {frame}"
         for index, instance in enumerate(one.get("instances") or []):
@@ -194,7 +192,7 @@ def read_mmpose(source: KeypointSource, content: Any) -> Iterator[FileRow]:
             sure = instance.get("keypoint_scores") or [1.0] * len(points)
             if len(sure) != len(points) or any(len(point) < 2 for point in points):
                 what = "keypoints and keypoint_scores do not belong together"
-                raise InputError(what, where=where, remedy=_MMPOSE_REMEDY)
+                raise InputError(what, where, _MMPOSE_REMEDY)
             names: Sequence[str] = [named.get(str(i)) or f"point_{i}" for i in range(len(points))]
             if not named or source.layout is not None:
                 names = source.points_of(len(points), where)
@@ -224,8 +222,7 @@ def is_mediapipe(content: Any) -> bool:
 
 
 def _entries(content: Any) -> Sequence[Any]:
-    if isinstance(content, Mapping):
-        content = content.get("frames")
+    content = content.get("frames") if isinstance(content, Mapping) else content
     return content if isinstance(content, list) else ()
 
 
@@ -243,12 +240,10 @@ def read_mediapipe(source: KeypointSource, content: Any) -> Iterator[FileRow]:
     places: list[tuple[float, float]] = []
     for number, entry in enumerate(entries):
         where = f"{path}, entry {number}"
-        stated = next(
-            (entry[name] for name in _MEDIAPIPE_FRAMES if entry.get(name) is not None), None
-        )
-        if stated is None:
-            raise InputError("it states no frame", where=where, remedy=_MEDIAPIPE_REMEDY)
-        frame = checked_frame(float(stated), where=where)
+        stated = [entry[name] for name in _MEDIAPIPE_FRAMES if entry.get(name) is not None]
+        if not stated:
+            raise InputError("it states no frame", where, _MEDIAPIPE_REMEDY)
+        frame = checked_frame(float(stated[0]), where=where)
         own = _landmarks(entry) or []
         for points in own if own and isinstance(own[0], list) else [own]:
             who = Who(people.get(frame, 0), stated_name(entry.get("person_id")))
@@ -298,8 +293,7 @@ def read_openpose(source: KeypointSource) -> Iterator[FileRow]:
     path = source.path
     pictures = list(_pictures(path)) if path.is_dir() else [path]
     if not pictures:
-        what = "the folder holds no JSON files of OpenPose"
-        raise InputError(what, where=str(path), remedy=_OPENPOSE_REMEDY)
+        raise InputError("the folder holds no JSON files of OpenPose", path, _OPENPOSE_REMEDY)
     places = PicturePlaces(source, map(_named, pictures))
     for path in pictures:
         if (place := places.of(_named(path), str(path))) is None:

@@ -39,9 +39,8 @@ _NEEDED = (("frame",), ("view", "camera"), ("keypoint", "landmark"), ("x",), ("y
 def read_table(source: KeypointSource) -> Iterator[FileRow]:
     """Rows of a table; InputError where it cannot be read or names no camera of the recording."""
     path, header = source.path, tables.read_cells(source.path)[0]
-    frame, view, keypoint, x, y = (
-        next(name for name in names if name in header) for names in _NEEDED
-    )
+    there = ([name for name in names if name in header] for names in _NEEDED)
+    frame, view, keypoint, x, y = (names[0] for names in there)
     others = [name for name in COLUMNS[5:] if name in header]
     lines = list(tables.read_rows(path, (frame, view, keypoint, x, y, *others)))
     places = PicturePlaces(source, [f"{cells[view]}/*" for _, cells in lines])
@@ -172,7 +171,7 @@ def _rows(source: KeypointSource) -> Iterator[FileRow]:
     }.get(suffix)
     if read is None:
         what = f"keypoints cannot be read from {suffix or 'files without a suffix'}"
-        raise InputError(what, where=str(path), remedy=_UNDERSTOOD)
+        raise InputError(what, path, _UNDERSTOOD)
     return read(source)
 
 
@@ -204,5 +203,4 @@ def _of_csv(source: KeypointSource) -> Iterator[FileRow]:
         return read_table(source)
     if arrays.wide_columns(header):
         return arrays.read_wide(source)
-    what = "no keypoints are recognised in the first line"
-    raise InputError(what, where=str(source.path), remedy=_UNDERSTOOD)
+    raise InputError("no keypoints are recognised in the first line", source.path, _UNDERSTOOD)

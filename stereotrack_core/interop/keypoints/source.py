@@ -150,22 +150,16 @@ def _followed(rows: Sequence[FileRow]) -> list[Row]:
             tracks[matched[row]].confidence += sums[frame, index]
     order = sorted(range(len(tracks)), key=lambda k: -tracks[k].confidence)
     rank = {track: number for number, track in enumerate(order)}
-    return [
-        (*row[:7], rank[found[row[0], row[7].place]])
-        for row in rows
-        if (row[0], row[7].place) in found
-    ]
+    numbers = {key: rank[track] for key, track in found.items()}
+    return [(*r[:7], numbers[r[0], r[7].place]) for r in rows if (r[0], r[7].place) in numbers]
 
 
 _OTHERS = "of other people"
 _SHOWN = 12
 
-_KNOWN = {*LANDMARKS, *keypoint_names.LANDMARK_OF} | {
-    name
-    for names in keypoint_names.LAYOUTS.values()
-    for name in names
-    if not name.startswith("point_")
-}
+_POINTS = {name for names in keypoint_names.LAYOUTS.values() for name in names}
+_POINTS = {name for name in _POINTS if not name.startswith("point_")}
+_KNOWN = {*LANDMARKS, *keypoint_names.LANDMARK_OF} | _POINTS
 
 
 @dataclass(frozen=True)
@@ -211,7 +205,7 @@ def found_in(
         if ours not in _KNOWN:
             what, some = f"unknown keypoint {ours!r}", ", ".join(keypoint_names.COCO_17[:7])
             remedy = f"Write a landmark or a keypoint, such as {some}."
-            raise InputError(what, where=f"--name {theirs}={ours}", remedy=remedy)
+            raise InputError(what, f"--name {theirs}={ours}", remedy)
     left: Counter[str] = Counter()
     kept: list[FileRow] = []
     named, layouts = keypoint_names.with_layouts(list(rows), source.layout)
@@ -234,8 +228,7 @@ def found_in(
         said = "; ".join(f"{count} {why}" for why, count in left.items()) or "no person is there"
         names = "state names with --name THEIRS=OURS where they are unusual"
         remedy = f"Check that the file is of this recording, and {names}."
-        what = f"there is no keypoint to use ({said})"
-        raise InputError(what, where=str(source.path), remedy=remedy)
+        raise InputError(f"there is no keypoint to use ({said})", source.path, remedy)
     notes = list(dict.fromkeys(choice.sentence() for choice in layouts))
     seen = np.unique(keypoints.frame)
     if len(seen) > 1 and seen[0] == 1 and seen[-1] == len(seen):
@@ -274,9 +267,8 @@ def of_chosen_person(found: FoundKeypoints, person: str | None = None) -> FoundK
     else:
         number = next((n for n, name in names.items() if name.lower() == person.lower()), None)
         if number is None and person not in shown:
-            remedy = f"Their people are {', '.join(shown[:_SHOWN])}."
-            where = "--person"
-            raise InputError(f"the keypoints have no person {person!r}", where=where, remedy=remedy)
+            what = f"the keypoints have no person {person!r}"
+            raise InputError(what, "--person", f"Their people are {', '.join(shown[:_SHOWN])}.")
         kept = keypoints[keypoints.person == (int(person) if number is None else number)]
     others = len(keypoints) - len(kept)
     if not others:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Literal, TypeAlias
 
 from stereotrack_core.errors import InputError
-from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.recording.description import Cameras
 
 SourceKind: TypeAlias = Literal["video", "images", "depth"]
 
@@ -118,7 +118,7 @@ class Choices:
     uses: tuple[Use, ...]
     fps: float | None  # frame sets per second
     calibration: Path | None = None  # without it, cameras are guessed from the images' size
-    given: Mapping[str, Camera] | None = None
+    given: Cameras | None = None
     """The cameras of the calibration by name, where it is no calibration.toml."""
     cameras: Mapping[str, str] = field(default_factory=dict)
     """Name of the camera in the calibration by camera name here, where they differ."""
@@ -193,9 +193,7 @@ _TOGETHER: Mapping[frozenset[str], str] = {
 def _problems_of_view(view: str, uses: Sequence[Use]) -> Iterator[InputError]:
     where = f"view {view}"
     if not re.fullmatch(r"[\w-]+", view):
-        yield InputError(
-            "a view needs a name of letters, digits, _ or -", where=where, remedy="Rename it."
-        )
+        yield InputError("a view needs a name of letters, digits, _ or -", where, "Rename it.")
     roles = [use.role for use in uses]
     lack = _TOGETHER.get(frozenset(roles), "its sources do not fit together")
     if not lack and len(set(roles)) < len(roles):
@@ -203,7 +201,7 @@ def _problems_of_view(view: str, uses: Sequence[Use]) -> Iterator[InputError]:
     if lack:
         names = ", ".join(use.source.name for use in uses)
         remedy = "Change what they show, or their views."
-        yield InputError(f"{lack} ({names})", where=where, remedy=remedy)
+        yield InputError(f"{lack} ({names})", where, remedy)
         return
     sizes = {use.source.size for use in uses}
     if len(sizes) > 1:
@@ -211,16 +209,14 @@ def _problems_of_view(view: str, uses: Sequence[Use]) -> Iterator[InputError]:
         remedy = "Use images of one size, registered to each other."
         if "depth" in roles:
             remedy = "Use depth that is aligned to the image, or leave the image out."
-        yield InputError(
-            f"its images have different sizes, {both} pixels", where=where, remedy=remedy
-        )
+        yield InputError(f"its images have different sizes, {both} pixels", where, remedy)
     for use in uses:
         if use.role.startswith("side") and use.source.width % 2:
             what = f"an image {use.source.width} pixels wide has no two equal halves"
-            yield InputError(what, where=where, remedy="Use it as a single camera.")
+            yield InputError(what, where, "Use it as a single camera.")
         if use.role == "depth" and use.source.kind != "depth":
             what = f"{use.source.name} is no depth map of 16 bits or floating-point numbers"
-            yield InputError(what, where=where, remedy="Change what it shows.")
+            yield InputError(what, where, "Change what it shows.")
 
 
 _MUCH_SATURATED = 0.02  # of the pixels

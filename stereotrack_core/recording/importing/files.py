@@ -43,9 +43,7 @@ class StreamFiles:
 def files_of(uses: Sequence[Use], folder: Path) -> tuple[StreamFiles, ...]:
     """Streams of the sources in a folder, one or two each, and their backgrounds."""
     streams = [one for use in uses for one in _files_of(use, uses, folder)]
-    empty = [
-        _background(one, folder) for one in streams if one.use.background and one.part != "depth"
-    ]
+    empty = [_background(s, folder) for s in streams if s.use.background and s.part != "depth"]
     return (*streams, *empty)
 
 
@@ -74,9 +72,8 @@ def _files_of(use: Use, uses: Sequence[Use], folder: Path) -> Iterator[StreamFil
     if use.role.startswith("side"):
         for half, camera in enumerate(cameras):
             part = camera.removeprefix(f"{use.view}_")
-            yield StreamFiles(
-                use, camera, part, _new_name(use, camera, size_of(use), folder), "convert", half
-            )
+            name = _new_name(use, camera, size_of(use), folder)
+            yield StreamFiles(use, camera, part, name, "convert", half)
         return
     camera = cameras[0]
     if use.role == "mask":
@@ -199,8 +196,7 @@ def _picture(reader: readers.Pictures, k: int, path: Path) -> NDArray[Any]:
         return reader.read(k, lambda _number, _picture: None)
     except DamagedFrame as problem:
         what = f"frame {k} cannot be decoded ({problem})"
-        remedy = "Repair the file, or use another copy of it."
-        raise InputError(what, where=str(path), remedy=remedy) from None
+        raise InputError(what, path, "Repair the file, or use another copy of it.") from None
 
 
 def _changed(one: StreamFiles, picture: NDArray[Any]) -> NDArray[Any]:
@@ -220,15 +216,14 @@ def check_background(use: Use) -> None:
     if path is None:
         return
     if not path.is_file():
-        raise InputError("there is no such file", where=str(path), remedy="Correct the path.")
+        raise InputError("there is no such file", path, "Correct the path.")
     picture = _still(path) if is_image(path) else readers.first_picture(look_at([path]).sources[0])
     height, width = picture.shape[:2]
     if (width, height) != use.source.size:
         own = use.source.size
         sizes = f"{width} x {height} pixels, its images have {own[0]} x {own[1]}"
-        what = f"the background of {use.source.name} has {sizes}"
         remedy = "Use a picture of the empty scene by the same camera, or none."
-        raise InputError(what, where=str(path), remedy=remedy)
+        raise InputError(f"the background of {use.source.name} has {sizes}", path, remedy)
 
 
 def empty_scene(path: Path, white: int = 0) -> ImageArray:
@@ -255,4 +250,4 @@ def _still(path: Path, white: int = 0) -> ImageArray:
 
 
 def _unreadable(path: Path, problem: DamagedFrame) -> InputError:
-    return InputError(str(problem), where=str(path), remedy="Use another picture, or none.")
+    return InputError(str(problem), path, "Use another picture, or none.")

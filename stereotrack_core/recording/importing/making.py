@@ -89,7 +89,7 @@ def cameras_for(choices: Choices) -> dict[str, Camera]:
         if camera is None:
             what = f"the camera {wanted!r} is not in the calibration"
             remedy = f"Its cameras are: {', '.join(known)}. Say which of them {name} is."
-            raise InputError(what, where=str(choices.calibration), remedy=remedy)
+            raise InputError(what, choices.calibration, remedy)
         turned = turns[name]
         if size == (camera.height, camera.width) and turned % 180:
             known[wanted] = camera = as_stored(camera, turned)
@@ -99,7 +99,7 @@ def cameras_for(choices: Choices) -> dict[str, Camera]:
             images = f"the images of {name} have {size[0]} x {size[1]} pixels"
             own = f"the calibration of {wanted!r} is for {camera.width} x {camera.height}"
             remedy = "Use a calibration made with images of this size."
-            raise InputError(f"{images}, but {own}", where=str(choices.calibration), remedy=remedy)
+            raise InputError(f"{images}, but {own}", choices.calibration, remedy)
     return known
 
 
@@ -127,24 +127,23 @@ def _guessed(name: str, width: int, height: int) -> Camera:
     matrix = np.array([[focal, 0, (width - 1) / 2], [0, focal, (height - 1) / 2], [0, 0, 1]])
     rotation = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
     place = np.array([0.0, -3.0, 1.2])
-    return Camera(
-        name, width, height, matrix, np.zeros(5), False, RigidTransform(rotation, -rotation @ place)
-    )
+    placed = RigidTransform(rotation, -rotation @ place)
+    return Camera(name, width, height, matrix, np.zeros(5), False, placed)
 
 
 def check_place(choices: Choices, folder: Path) -> None:
     """Refuse a folder in which the recording cannot be made; InputError says why."""
     files = files_of(choices.used(), folder)
     if folder.is_file():
-        raise InputError("this is a file", where=str(folder), remedy="Give the name of a folder.")
+        raise InputError("this is a file", folder, "Give the name of a folder.")
     if (folder / DESCRIPTION).exists():
         what = "this is a recording already"
-        raise InputError(what, where=str(folder), remedy="Open it, or choose another folder.")
+        raise InputError(what, folder, "Open it, or choose another folder.")
     root = folder.resolve()
     own = any(one.use.source.path.resolve().is_relative_to(root) for one in files)
     if folder.is_dir() and any(folder.iterdir()) and not own:
         remedy = "Choose a new folder, or the one that holds the videos."
-        raise InputError("the folder is not empty", where=str(folder), remedy=remedy)
+        raise InputError("the folder is not empty", folder, remedy)
     new = [one.frames.split("/")[0] for one in files if one.how != "stay"]
     if not _keeps_calibration(choices, folder) or calibration_notes(choices):
         new.append(_CALIBRATION)
@@ -152,7 +151,7 @@ def check_place(choices: Choices, folder: Path) -> None:
         if (folder / name).exists():
             use_it = "Use it as the calibration, or choose" if name == _CALIBRATION else "Choose"
             what = f"there is already a {name}, and nothing is overwritten"
-            raise InputError(what, where=str(folder), remedy=f"{use_it} another folder.")
+            raise InputError(what, folder, f"{use_it} another folder.")
 
 
 def _views(choices: Choices, files: Sequence[StreamFiles]) -> tuple[View, ...]:

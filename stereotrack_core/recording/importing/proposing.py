@@ -66,11 +66,8 @@ def viewed(uses: Sequence[Use], views: Views) -> tuple[Use, ...]:
         else:
             roles[names[0]], roles[names[1]] = ("left", view), ("right", view)
     unused: tuple[Role, str] = ("unused", "")
-    return tuple(
-        replace(use, role=role, view=view or use.view)
-        for use in uses
-        for role, view in [roles.get(use.source.name, unused)]
-    )
+    told = [(use, *roles.get(use.source.name, unused)) for use in uses]
+    return tuple(replace(use, role=role, view=view or use.view) for use, role, view in told)
 
 
 def possible_units(source: Source) -> tuple[tuple[float, float], ...]:
@@ -110,11 +107,8 @@ def _by_itself(source: Source) -> Use:
 
 def _pair_by_number(uses: list[Use]) -> None:
     """Take ``cam0`` and ``cam1`` for a stereo camera where there is no third."""
-    matches = {
-        index: match
-        for index, use in enumerate(uses)
-        if use.role == "mono" and (match := _PAIR.fullmatch(use.source.name))
-    }
+    mono = {i: use.source.name for i, use in enumerate(uses) if use.role == "mono"}
+    matches = {i: match for i, name in mono.items() if (match := _PAIR.fullmatch(name))}
     stems = [match.group(1) for match in matches.values()]
     for index, match in matches.items():
         stem = match.group(1)

@@ -87,9 +87,8 @@ def _times_of_video(path: Path, source: Source) -> FloatArray:
     with closing(FrameTimes(path, source.track)) as index:
         stamps = np.array(index.times(), dtype=np.float64)
     if not (index.ordered and len(stamps)):
-        what = "the times of its frames are missing or repeat"
         remedy = "Convert it to MP4 with a constant frame rate, or keep its frames as they come."
-        raise InputError(what, where=str(path), remedy=remedy)
+        raise InputError("the times of its frames are missing or repeat", path, remedy)
     return np.asarray((stamps - stamps[0]) * tick)
 
 
@@ -173,7 +172,7 @@ def first_picture(source: Source, *, as_depth: bool = True) -> ImageArray:
     except (av.FFmpegError, OSError, IndexError, StopIteration) as error:
         raise no_video(error, str(source.path)) from None
     except images.DamagedFrame as problem:
-        raise InputError(str(problem), where=str(source.path), remedy=AGAIN) from None
+        raise InputError(str(problem), source.path, AGAIN) from None
     return shown_depth(picture, depth_range(picture)) if depth else picture
 
 

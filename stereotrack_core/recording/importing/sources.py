@@ -54,7 +54,7 @@ def entries_of(folder: Path) -> list[Path]:
         return sorted(folder.iterdir())
     except OSError as error:
         what = f"the folder cannot be read ({reason(error)})"
-        raise InputError(what, where=str(folder), remedy="Check its permissions.") from None
+        raise InputError(what, folder, "Check its permissions.") from None
 
 
 def _of_files(files: Iterable[Path]) -> Iterator[tuple[Path, ...]]:
@@ -101,7 +101,7 @@ def _numbering(files: Sequence[Path]) -> dict[str, Any]:
     twice = [b for (_, a), (b, c) in pairwise(zip(files, values, strict=True)) if a == c]
     if twice:
         what = f"two images have the same number ({twice[0].name} is the second)"
-        raise InputError(what, where=str(files[0].parent), remedy="Keep one of them.")
+        raise InputError(what, files[0].parent, "Keep one of them.")
     in_order = {"numbers": tuple(range(len(values)))}
     if times := _times(files[0], values):
         rate, uneven, pause = rate_of(np.array(times))
@@ -162,8 +162,7 @@ def check_sizes(files: Sequence[Path], size: tuple[int, int]) -> None:
         listed = shortened(", ".join(others))
         what = f"{len(others)} of {len(files)} images have another size than {first}: {listed}"
         apart = "Put images of each size into a folder of their own"
-        remedy = f"{apart}, or remove what does not belong to them."
-        raise InputError(what, where=str(files[0].parent), remedy=remedy)
+        raise InputError(what, files[0].parent, f"{apart}, or remove what does not belong to them.")
 
 
 _MOST_SOURCES = 100
@@ -196,8 +195,7 @@ def look_at(paths: Sequence[Path]) -> Found:
     paths = [Path(path) for path in paths]
     for path in paths:
         if not path.exists():
-            what = "there is no such file or folder"
-            raise InputError(what, where=str(path), remedy="Correct the path.")
+            raise InputError("there is no such file or folder", path, "Correct the path.")
     sources: list[Source] = []
     problems: list[InputError] = []
     for group in groups_of(paths):
@@ -221,7 +219,7 @@ def look_at(paths: Sequence[Path]) -> Found:
         remedy = "Name video files, or a folder with videos or folders of images."
         if single > 1:
             remedy = "Number images in their order, such as 0001.png."
-        raise InputError(what, where=", ".join(map(str, paths)), remedy=remedy)
+        raise InputError(what, ", ".join(map(str, paths)), remedy)
     return Found(_named(sources), tuple(problems), backgrounds, tuple(notes), _common_folder(paths))
 
 
@@ -262,7 +260,7 @@ def _what_is(image: Path) -> tuple[SourceKind, tuple[int, int], float | None, in
     try:
         height, width = read_metres(image).shape
     except DamagedFrame:
-        raise InputError(complaint, where=str(image), remedy=AGAIN) from None
+        raise InputError(complaint, image, AGAIN) from None
     return "depth", (width, height), METRIC_UNIT, 16
 
 

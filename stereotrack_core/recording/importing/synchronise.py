@@ -75,7 +75,7 @@ def loudness(source: Source, work: Work) -> Signal:
     """Rise of the sound's loudness (N,), one value a millisecond; InputError without sound."""
     if not source.sound:
         what = f"{source.name} has no sound"
-        raise InputError(what, where=str(source.path), remedy="Use another method, such as motion.")
+        raise InputError(what, source.path, "Use another method, such as motion.")
     try:
         with open_container(source.path) as container:
             stream = video_stream(container)
@@ -83,8 +83,7 @@ def loudness(source: Source, work: Work) -> Signal:
         samples, heard = _sound(source, work)
     except (av.FFmpegError, OSError, IndexError) as error:
         what = f"its sound cannot be read ({reason(error)})"
-        remedy = "Use another method, such as motion."
-        raise InputError(what, where=str(source.path), remedy=remedy) from None
+        raise InputError(what, source.path, "Use another method, such as motion.") from None
     count = len(samples) // _PER_VALUE
     loud = np.abs(samples[: count * _PER_VALUE]).reshape(count, _PER_VALUE).mean(axis=1)
     rise = np.maximum(np.diff(loud, prepend=loud[:1]), 0.0)
@@ -121,11 +120,8 @@ def _pictures(source: Source, work: Work) -> Iterator[FloatArray]:
 
 def reduced(picture: Any) -> FloatArray:
     """A grey picture reduced to (H, W) float32, as :func:`motion_of` compares them."""
-    return np.asarray(
-        cv2.resize(
-            picture.astype(np.float32, copy=False), (_WIDTH, _HEIGHT), interpolation=cv2.INTER_AREA
-        )
-    )
+    small = picture.astype(np.float32, copy=False)
+    return np.asarray(cv2.resize(small, (_WIDTH, _HEIGHT), interpolation=cv2.INTER_AREA))
 
 
 Method: TypeAlias = Literal["start", "flash", "clap", "motion"]
@@ -162,10 +158,8 @@ class Lead:
     def says(self, fps: float) -> str:
         """Place and evidence in words."""
         agreement = f", correlation {self.correlation:.2f}" if self.elsewhere else ""
-        return (
-            f"{self.source}: {self.frames:+z.2f} frames ({1000 * self.frames / fps:+z.0f} ms"
-            f"{agreement})"
-        )
+        late = f"{1000 * self.frames / fps:+z.0f} ms{agreement}"
+        return f"{self.source}: {self.frames:+z.2f} frames ({late})"
 
 
 def synchronised(
@@ -176,9 +170,8 @@ def synchronised(
     A depth map and a mask are taken to be of the same instants as the image of their view.
     """
     if choices.fps is None:
-        raise InputError(
-            "the files do not state their frame rate", remedy="Give the frames per second."
-        )
+        what = "the files do not state their frame rate"
+        raise InputError(what, remedy="Give the frames per second.")
     used = choices.used()
     pictured = {use.view for use in used if use.role == "image"}
     follow = [u for u in used if u.role == "mask" or (u.role == "depth" and u.view in pictured)]
@@ -286,7 +279,7 @@ def _check_event(values: FloatArray, source: Source, method: Method) -> None:
     if values.max() <= 0 or values.max() < _LEAST_EVENT * usual:
         what = f"no {what} stands out in {source.name}"
         remedy = "Use another method, or give the first frames by hand."
-        raise InputError(what, where=str(source.path), remedy=remedy)
+        raise InputError(what, source.path, remedy)
 
 
 def score_of(one: FloatArray, other: FloatArray, lag: int, correlation: float) -> float:
@@ -325,7 +318,7 @@ def _check_evidence(source: Source, first: Source, evidence: tuple[float, float,
         return
     what = f"{source.name} and {first.name} cannot be synchronised: {why}"
     remedy = "Use longer files, another method, or give the first frames by hand."
-    raise InputError(what, where=str(source.path), remedy=remedy)
+    raise InputError(what, source.path, remedy)
 
 
 def _start_of(source: Source) -> float:
@@ -340,7 +333,7 @@ def _start_of(source: Source) -> float:
     if source.start is None:
         what = "the file does not state its start time with fractions of a second"
         remedy = f"Use another method, or add a {TIMESTAMPS} with frame, view and seconds."
-        raise InputError(what, where=str(source.path), remedy=remedy)
+        raise InputError(what, source.path, remedy)
     return source.start + source.begin
 
 
@@ -388,8 +381,8 @@ def _check_length(sources: list[Source], stated: list[Source], rate: float) -> N
             raise InputError(
                 f"{one.name} does not state its frame rate: at {rate:.5g} frames per second, its "
                 f"{one.frames} frames last {seconds:.1f} s, {stated[0].name} {lengths[0]:.1f} s",
-                where=str(one.path),
-                remedy=f"Give its frames per second, on the command line with --fps {one.name}=N.",
+                one.path,
+                f"Give its frames per second, on the command line with --fps {one.name}=N.",
             )
 
 
@@ -420,6 +413,5 @@ def _common_begin(sources: list[Source], rate: float) -> float | None:
     if last.times[-1] <= latest.times[0]:
         apart = latest.times[0] - last.times[-1]
         what = f"{last.name} ends {apart:.1f} s before {latest.name} begins"
-        remedy = "Use sources of the same time, or whose clocks agree."
-        raise InputError(what, where=str(last.path), remedy=remedy)
+        raise InputError(what, last.path, "Use sources of the same time, or whose clocks agree.")
     return latest.times[0]

@@ -1,6 +1,6 @@
 """Which parameters each stage depends on, from the images to the pose."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from enum import IntEnum
 from types import MappingProxyType
 from typing import TypeAlias
@@ -92,9 +92,12 @@ def changed_names(old: Settings, new: Settings) -> tuple[str, ...]:
     return tuple(name for name, value in new.values().items() if value != before[name])
 
 
-def changes_in_words(old: Settings, new: Settings) -> str:
-    """``sigma joint 20 deg, iterations 8 and 3 more``: what differs, of which two are named."""
-    names, values = changed_names(old, new), new.values()
+def changes_in_words(old: Settings, new: Settings, first: Sequence[str] = ()) -> str:
+    """``sigma joint 20 deg, iterations 8 and 3 more``: what differs, of which two are named.
+
+    Parameters in `first` are named before others.
+    """
+    names, values = sorted(changed_names(old, new), key=lambda one: one not in first), new.values()
     rows = {row.name: row for row in new.rows()}
     said = ", ".join(rows[name].words(values[name]) for name in names[:2])
     return f"{said} and {len(names) - 2} more" if len(names) > 2 else said

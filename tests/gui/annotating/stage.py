@@ -20,7 +20,7 @@ class Stage(QMainWindow):
     def __init__(self, settings):
         super().__init__()
         self.heard, self.problems = [], []
-        self.messages = MessageBar(self)
+        self.messages = MessageBar()
         self.messages.show_message = self.problems.append
         self.statusBar().messageChanged.connect(lambda words: words and self.heard.append(words))
         self.context = context = make_context(self, self.messages, settings)

@@ -51,6 +51,9 @@ def test_clicks_are_exported_in_every_format(qtbot, stage, tmp_path, monkeypatch
     assert str(tmp_path / "out.json") in stage.heard[-1]
     assert "cannot store" not in stage.heard[-1]
     assert len(json.loads((tmp_path / "out.json").read_text())["images"]) == 24
+    stage.trigger("export")
+    choose(qtbot, stage, "dlc", tmp_path / "out.csv")
+    assert "more file" in stage.heard[-1], "the number is of the first file alone"
     monkeypatch.setattr(exporting, "find_spec", lambda _module: None)
     assert "not installed" in file_filter(format_named("slp"))
 

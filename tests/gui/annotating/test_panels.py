@@ -120,6 +120,7 @@ def test_selected_frames_get_a_name_and_lose_it(qtbot, project, stage):
         select(qtbot, stage, first, last)
         stage.trigger("name-stretch")
         dialog = stage.findChildren(QInputDialog)[-1]
+        assert dialog.focusWidget() is dialog.findChild(QComboBox), "a name can be typed at once"
         dialog.findChild(QComboBox).clearEditText()
         qtbot.keyClicks(dialog.findChild(QComboBox), "crossing")
         dialog.accept()

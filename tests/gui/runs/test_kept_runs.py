@@ -88,7 +88,8 @@ def test_a_finished_run_is_kept_by_itself_and_comes_back_with_the_project(tracki
     assert same_run(before, shown.run())
     now = tracking.context.session.snapshot
     row = tracking.features.track.row(now, hidden)
-    assert (row.frames, row.seed, row.time) == ("0 – 7", "5", "75 s")
+    frames, _score, time, seed, _when = (one.text for one in row.facts)
+    assert (frames, seed, time) == ("0 – 7", "5", "75 s")
     made = tracking.features.track.row(now, shown).made
     assert "iterations 2 instead of 3" in made
     assert made.endswith("Track, Install pose detector …"), "it would have helped"

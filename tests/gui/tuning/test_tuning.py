@@ -124,6 +124,11 @@ def test_trials_stay_until_dismissed_one_or_all(tuning, qtbot):
     assert names(tuning) == []
     qtbot.waitUntil(tuning.context.tasks.settled)
     assert {c.name for c in tuning.features.review.plot.plot.shown_curves} == {"quick"}
+    for name, text in (("iterations", "2"), ("sigma_joint", "20")):
+        typed(tuning, name, text)
+        qtbot.waitUntil(lambda: not tuning.features.tune.trials.waits)
+        qtbot.waitUntil(tuning.context.tasks.settled)
+    assert names(tuning)[-1] == "sigma joint 20 deg, iterations 2", "what was changed last is first"
 
 
 def test_differences_are_from_the_run(tuning, qtbot):

@@ -28,6 +28,14 @@ def test_rows_are_shown(panel):
     assert [text(panel, 1, k) for k in range(3)] == ["left forearm", "101.7 deg", "lost"]
 
 
+def test_no_column_is_narrower_than_its_words(panel):
+    table = panel.table
+    panel.show_rows([("head", f"landmark {k}", f"± {k}.{k}°", "good") for k in range(10)])
+    for index in (table.model().index(row, k) for row in range(10) for k in range(2)):
+        needed = table.sizeHintForIndex(index).width()
+        assert table.sizeHintForColumn(index.column()) >= needed, index.data()
+
+
 def test_limbs_colour_is_seen(panel):
     image = panel.table.viewport().grab().toImage()
     for row in (1, 2):

@@ -151,6 +151,8 @@ class TestSifting:
     def test_search_looks_into_names_and_explanations(self, qtbot, panel):
         qtbot.keyClicks(panel.search, "derivatives")
         assert self.visible(panel) == {"edges"}
+        qtbot.keyClick(panel.search, Qt.Key.Key_Return)
+        assert panel.focusWidget() is panel.line("edges").editor
         panel.search.clear()
         qtbot.keyClicks(panel.search, "tracking data")
         assert self.visible(panel) == {"reach"}

@@ -23,7 +23,7 @@ class Written:
         self.places = {}
         monkeypatch.setattr(scene_view, "_write", self.note)
 
-    def note(self, _painter, text, box, _colour, _shadow):
+    def note(self, _painter, text, box, _theme):
         self.places[text] = box.center()
 
     def now(self, scene):

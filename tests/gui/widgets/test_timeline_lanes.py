@@ -4,7 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from app.widgets.style.theme import load_theme
-from app.widgets.timeline.lanes import Lane, Mark, Pyramid, Span, TimelineScale
+from app.widgets.timeline.lanes import Lane, Mark, Span, TimelineScale
 from app.widgets.timeline.painting import heat_colours, strip_pixels
 
 THEME = load_theme("dark")
@@ -16,7 +16,8 @@ def test_no_value_is_lost_and_none_invented(length, columns, seed):
     rng = np.random.default_rng(seed)
     values = rng.normal(size=length)
     values[rng.random(length) < 0.2] = np.nan
-    seen = Pyramid(values, np.fmax).columns(np.linspace(0, length, columns + 1))
+    lane = Lane("a", "#0072B2", "heat", values)
+    seen = lane.columns(np.linspace(0, length, columns + 1))
     assert np.isin(seen[~np.isnan(seen)], values).all()
     if not np.isnan(values).all():
         assert np.nanmax(seen) == np.nanmax(values)
@@ -27,7 +28,7 @@ def test_no_value_is_lost_and_none_invented(length, columns, seed):
 def test_marks_of_a_column_are_all_kept():
     marks = np.zeros(1000, dtype=int)
     marks[[100, 101]] = Mark.CLICKED, Mark.FLAGGED
-    bits = Lane("head", "#009E73", "marks", marks).summary.columns(np.linspace(0, 1000, 11))
+    bits = Lane("head", "#009E73", "marks", marks).columns(np.linspace(0, 1000, 11))
     assert bits[1] == (1 << Mark.CLICKED) | (1 << Mark.FLAGGED)
     assert not bits[3:].any()
 

@@ -59,3 +59,5 @@ def test_what_differs_is_said_in_words_with_units():
     assert changes_in_words(one, more) == "matching model to data, data points 300"
     most = more.replaced(matcher="sgbm", legs=False)
     assert changes_in_words(old, most) == "matcher sgbm, legs no and 3 more"
+    newest = changes_in_words(old, most, ("data_points",))
+    assert newest == "data points 300, matcher sgbm and 3 more"

@@ -26,6 +26,7 @@ from .detecting import FrameDetections
 from .doubtful import DoubtfulWalk
 from .facts import AnnotationFacts
 from .marks import (
+    doubtful_views,
     fit_words,
     landmark_rows,
     length_rows,
@@ -71,8 +72,8 @@ class SwapOffers:
         if not swap.certain:
             sure = "may be swapped, here or in the other views"
         what = (
-            f"{names[0]} and {names[1]} {sure}: {swap.distance:.0f} px from the prediction of the "
-            f"other views, {swap.distance_after:.0f} px if swapped"
+            f"{names[0]} and {names[1]} {sure}: {swap.distance:.0f} px from the epipolar curves of "
+            f"the other views, {swap.distance_after:.0f} px if swapped"
         )
         where, do = f"{where}, frame {swap.frame}", lambda: self._exchange(swap)
         return Message("warning", what, where, button="Swap them", do=do)
@@ -169,6 +170,7 @@ class ClickController:
             self.landmarks.show_rows(names, landmark_rows(facts, cameras), chosen)
             words = (*self._left_out(facts.views), *fit_words(facts))
             self.body.show_body(words, (*limb_rows(facts), *length_rows(facts)))
+            self.body.cameras.mark(*doubtful_views(facts))
             state.show_fit(FittedBody(fit.question.frame, fit.meshes) if fit is not None else None)
         self._context.actions.refresh_soon()
         return True

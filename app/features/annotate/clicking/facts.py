@@ -114,6 +114,7 @@ class AnnotationFacts:
             offers={name: annotating.next_in(name) for name in annotating.shown_cameras()}
             if self._active
             else {},
+            unused=annotating.unused(),
             doubtful=self._compared.now,
             calibrated=recording is None or not recording.guessed,
             accepted_sigma=ACCEPTED_SIGMA if project is None else accepted_sigma(project),

@@ -61,6 +61,7 @@ class FrameMarks:
     """Names that people know the cameras by, by camera."""
     offers: Mapping[str, str | None] = field(default_factory=dict)
     """The landmark that the next click in an image that is shown places; None: it places none."""
+    unused: frozenset[str] = frozenset()  # cameras that are left out, whose clicks do not count
     doubtful: Disagreement | None = None  # A camera that contradicts the others over all clicks
     calibrated: bool = True  # the cameras are known, so that a body can be fitted to clicks
     accepted_sigma: float = ACCEPTED_SIGMA
@@ -76,7 +77,8 @@ class FrameMarks:
 
     @property
     def fit_is_old(self) -> bool:
-        return self.fit is not None and self.fit.question.clicks != self.clicks
+        used = tuple(click for click in self.clicks if click.camera not in self.unused)
+        return self.fit is not None and self.fit.question.clicks != used
 
     @cached_property
     def flagged(self) -> frozenset[ClickKey]:
@@ -149,6 +151,7 @@ def _offer(facts: FrameMarks, camera: str, own: Iterable[Click]) -> click_marks.
     label, click = facts.label(landmark), there.get(landmark)
     moves = click is not None and click.position is not None
     words = f"move {label} here" if moves else label
+    words += " (this camera is left out)" if camera in facts.unused else ""
     return click_marks.Offer(landmark, words, facts.colour(landmark), moves)
 
 
@@ -317,6 +320,15 @@ def _body_cells(limb: str, label: str, value: str, words: str, doubtful: bool | 
     colour = "muted" if doubtful is None else "warning" if doubtful else "text"
     name = Cell(label, swatch=LIMB_COLOURS.get(limb))
     return name, Cell(value, colour=colour), Cell(words, words, "muted")
+
+
+def doubtful_views(facts: FrameMarks) -> tuple[tuple[str, ...], str]:
+    """Cameras that contradict the others, as people call them, and by how much in words."""
+    found = facts.doubtful
+    if found is None:
+        return (), ""
+    names = tuple(facts.views.get(name, name) for name in found.doubtful)
+    return names, what_disagrees(found, facts.views)
 
 
 def fit_words(facts: FrameMarks) -> tuple[str, ...]:

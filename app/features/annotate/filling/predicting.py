@@ -189,7 +189,7 @@ _SOURCES: dict[Source, tuple[str, str, str, str, str]] = {
      "points from the active run", "was filled from the tracker's active run"),
     "detector": ("annotate-fill-detector", "Fill from keypoints", "Predict landmarks in the "
      f"selected frames from the keypoints of the detectors. {_NOT_YET}",
-     "points from keypoints", "was filled from keypoints, also when they were imported"),
+     "points from keypoints", "was filled from detected or imported keypoints"),
 }  # fmt: skip
 """By source: the command that predicts, its text and tip; what is accepted, and what that is."""
 

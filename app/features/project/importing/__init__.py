@@ -17,13 +17,6 @@ if TYPE_CHECKING:
     from .wizard import ImportWizard
 
 
-def ask_to_attach(context: Context) -> None:
-    """Let the person choose a calibration for the open recording."""
-    from .attaching import ask_to_attach
-
-    ask_to_attach(context)
-
-
 class ImportController:
     """From dropped videos, or a folder without a recording.toml, to an open recording.
 
@@ -41,6 +34,11 @@ class ImportController:
         parent, start = self._context.docks.dialog_parent, self._session.recent_folder()
         title = "Folder of the videos or images"
         ask_for_folder(parent, title, start, lambda path: self.offer((path,)))
+
+    def ask_to_attach(self) -> None:
+        from .calibration_page import ask_to_attach
+
+        ask_to_attach(self._context)
 
     def offer(self, paths: tuple[Path, ...]) -> None:
         if self.wizard is not None:  # what is being filled in is not thrown away

@@ -1,5 +1,6 @@
-"""Third step: the calibration of the cameras, of this program or another tool, or a guess."""
+"""Third step, and a dialog of its own: a calibration of any tool, or guessed cameras."""
 
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -7,6 +8,7 @@ from PySide6.QtCore import QSignalBlocker
 from PySide6.QtWidgets import QComboBox, QFormLayout, QRadioButton, QWidget, QWizardPage
 
 from stereotrack_core.errors import InputError
+from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.interop.calibrations.deciding import (
     CONVENTIONS,
     MEANINGS,
@@ -16,11 +18,20 @@ from stereotrack_core.interop.calibrations.deciding import (
 )
 from stereotrack_core.interop.calibrations.foreign import METRES_PER_UNIT
 from stereotrack_core.recording.calibration import read_calibration
-from stereotrack_core.recording.importing.choices import GUESS, Choices
+from stereotrack_core.recording.description import Recording
+from stereotrack_core.recording.importing.choices import GUESS, Choices, Source, Use
 from stereotrack_core.recording.importing.making import cameras_for
 
-from ....widgets.forms.form_dialog import ask_to_open, line_edit, push_button, say_in
-from ....widgets.style.building import choice, hbox, label, scrolled, vbox
+from ....context import Context
+from ....session.replacing import replace_cameras
+from ....widgets.forms.form_dialog import (
+    FormDialog,
+    ask_to_open,
+    line_edit,
+    push_button,
+    say_in,
+)
+from ....widgets.style.building import choice, hbox, holder, label, scrolled, vbox
 
 FILES = "Calibrations (*.toml *.yml *.yaml *.xml *.json *.mat *.txt *.conf)"
 
@@ -37,26 +48,21 @@ class CalibrationPage(QWizardPage):
         self._decided: Decided | None = None
         self._complaint = ""
         self._make_fields(proposed.calibration)
-        self._form = QFormLayout()
-        inside = QWidget()
-        inside.setLayout(self._form)
-        self._area = scrolled(inside, "Cameras")
+        self._form, reading = QFormLayout(), QFormLayout()
+        self._area = scrolled(holder(self._form), "Cameras")
         file_row = hbox((self.path, 1), self.browse, margins=(24, 0, 0, 0))
-        self.how = QWidget()
-        reading = QFormLayout()
         reading.setContentsMargins(24, 0, 0, 0)
         reading.addRow("&Unit of its lengths", self.unit)
         reading.addRow("Con&vention", self.convention)
-        self.how.setLayout(reading)
+        self.how = holder(reading)
         self.about_guess = label(GUESS, "muted", margins=(24, 0, 0, 0))
         parts = (self.from_file, file_row, self.how, (self._area, 1), self.guess, self.about_guess)
         self.setLayout(vbox(*parts, self.words, None))
         (self.guess if proposed.calibration is None else self.from_file).setChecked(True)
-        for changed in (
-            self.guess.toggled, self.path.textChanged, self.unit.currentIndexChanged,
-            self.convention.currentIndexChanged,
-        ):  # fmt: skip
-            changed.connect(self._on_changed)
+        self.guess.toggled.connect(self._on_changed)
+        self.path.textChanged.connect(self._on_changed)
+        for box in (self.unit, self.convention):
+            box.currentIndexChanged.connect(self._on_changed)
 
     def _make_fields(self, given: Path | None) -> None:
         self.from_file = QRadioButton("Calibration &file")
@@ -88,9 +94,7 @@ class CalibrationPage(QWizardPage):
         self.from_file.setChecked(True)
         self.path.setText(str(path))
         boxes = [*self._cameras.values()]
-        if any(box.currentData() for box in boxes) or any(
-            box.count() != len(boxes) + 1 for box in boxes
-        ):
+        if any(box.currentData() or box.count() != len(boxes) + 1 for box in boxes):
             return True
         for place, box in enumerate(boxes, start=1):
             box.setCurrentIndex(place)
@@ -103,10 +107,9 @@ class CalibrationPage(QWizardPage):
     def chosen(self, choices: Choices) -> Choices:
         if self.guess.isChecked():
             return replace(choices, calibration=None, given=None, cameras={})
-        if self._read is None:
+        if (read := self._read) is None:
             return choices
         cameras = {name: box.currentData() for name, box in self._cameras.items()}
-        read = self._read
         return replace(choices, calibration=read.calibration, given=read.given, cameras=cameras)
 
     def isComplete(self) -> bool:
@@ -187,3 +190,72 @@ class CalibrationPage(QWizardPage):
         said = " ".join(f"{one[:1].upper()}{one[1:]}." for one in how)
         say_in(self.words, problem or said, error=bool(problem))
         self.completeChanged.emit()
+
+
+def ask_to_attach(context: Context) -> None:
+    """Let the person choose a file; ask on only where it does not tell which camera is which."""
+    recording, parent = context.session.document.recording, context.docks.dialog_parent
+    if recording is None:
+        return
+
+    def attach(cameras: Mapping[str, Camera]) -> None:
+        if recording is context.session.document.recording:
+            replace_cameras(context.session, cameras, "The calibration is attached")
+
+    def show(path: Path) -> None:
+        AttachDialog(recording, path, attach, parent).show_or_attach()
+
+    ask_to_open(parent, "Attach a calibration", recording.folder, FILES, show)
+
+
+class AttachDialog(FormDialog):
+    """Asks what a calibration file leaves open: its cameras, unit and convention."""
+
+    def __init__(
+        self,
+        recording: Recording,
+        path: Path,
+        attach: Callable[[Mapping[str, Camera]], None],
+        parent: QWidget,
+    ) -> None:
+        super().__init__("Attach a calibration", "Attach", self._take, parent)
+        self._attach, self._choices = attach, _choices_of(recording)
+        self.page = CalibrationPage(self._choices, recording.folder)
+        self.page.completeChanged.connect(self._on_changed)
+        self.lay_out((self.page, 1), size=(640, 480))
+        self.open_questions = not self.page.use_file(path)
+
+    def show_or_attach(self) -> None:
+        if self.open_questions or not self.page.isComplete():
+            self._on_changed()
+            self.open()
+        else:
+            self._take()
+
+    def _on_changed(self) -> None:
+        self.accept_button.setEnabled(self.page.isComplete())
+
+    def _take(self) -> None:
+        chosen = self.page.chosen(self._choices)
+        known = cameras_for(chosen)
+        ours = {name: chosen.cameras.get(name, name) for name in chosen.camera_names()}
+        cameras = {name: replace(known[theirs], name=name) for name, theirs in ours.items()}
+        if self.attempt(lambda: self._attach(cameras)):
+            self.accept()
+
+
+def _choices_of(recording: Recording) -> Choices:
+    """The recording as if it were to be made: its cameras, and the sizes of their images."""
+    turned = {
+        one.camera: view.display_rotation
+        for view in recording.views
+        for one in view.streams().values()
+        if one.camera
+    }
+    known = [(name, one) for name, one in recording.cameras.items() if name in turned]
+    sources = (
+        Source(name, recording.folder, "video", one.width, one.height, 0, turned=turned[name])
+        for name, one in known
+    )
+    uses = tuple(Use(source, view=source.name) for source in sources)
+    return Choices(recording.name, uses, recording.fps)

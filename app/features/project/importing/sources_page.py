@@ -5,9 +5,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import numpy as np
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QImage, QPixmap, QTransform
+from PySide6.QtGui import QPixmap, QTransform
 from PySide6.QtWidgets import (
     QCheckBox,
     QFormLayout,
@@ -37,8 +36,19 @@ from stereotrack_core.recording.importing.proposing import possible_units, propo
 from stereotrack_core.recording.importing.readers import first_picture
 from stereotrack_core.recording.importing.sources import Found, look_at
 
+from ....widgets.camera.picture import image_of
 from ....widgets.forms.form_dialog import ask_for_folder, line_edit, push_button, say_in
-from ....widgets.style.building import choice, hbox, label, label_of, scrolled, vbox
+from ....widgets.style.building import (
+    choice,
+    hbox,
+    holder,
+    label,
+    label_of,
+    named,
+    scrolled,
+    show_text,
+    vbox,
+)
 
 _WIDTH, _HEIGHT = 120, 90
 _WORDS = (
@@ -46,6 +56,10 @@ _WORDS = (
     "view name, as do a depth map and its image."
 )
 _HEADINGS = ("First image", "Source", "Shows", "View", "Mirrored")
+_MIRRORED = (
+    "The images are mirror images, as those of the Kinect v1. They are turned back, which writes "
+    "them again."
+)
 _MOST_PROBLEMS = 3
 
 
@@ -100,10 +114,7 @@ def _thumbnail(source: Source, picture: ImageArray | None) -> QPixmap:
         empty = QPixmap(_WIDTH, _HEIGHT)
         empty.fill(Qt.GlobalColor.darkGray)
         return empty
-    pixels = np.ascontiguousarray(picture)
-    form = QImage.Format.Format_Grayscale8 if pixels.ndim == 2 else QImage.Format.Format_BGR888
-    image = QImage(pixels.data, pixels.shape[1], pixels.shape[0], pixels.strides[0], form)
-    turned = image.transformed(QTransform().rotate(source.turned))
+    turned = image_of(picture).transformed(QTransform().rotate(source.turned))
     kept, smooth = Qt.AspectRatioMode.KeepAspectRatio, Qt.TransformationMode.SmoothTransformation
     return QPixmap.fromImage(turned.scaled(_WIDTH, _HEIGHT, kept, smooth).copy())
 
@@ -120,13 +131,8 @@ class _Row:
             f"View of {name}", use.view, tip="Name of the view, such as N or left"
         )
         self.view.setMinimumWidth(90)
-        self.mirrored = QCheckBox()
+        self.mirrored = named(QCheckBox(), f"{name} is mirrored", _MIRRORED)
         self.mirrored.setChecked(use.mirrored)
-        self.mirrored.setAccessibleName(f"{name} is mirrored")
-        self.mirrored.setToolTip(
-            "The images are mirror images, as those of the Kinect v1. They are turned back, which "
-            "writes them again."
-        )
         self.role.currentIndexChanged.connect(self._propose_view)
 
     def _propose_view(self) -> None:
@@ -150,22 +156,18 @@ class SourcesPage(QWizardPage):
         self.rows = [_Row(use) for use in looked.proposed.uses]
         self.words = label()
         self.words.setObjectName("import_problems")
-        unread = [f"Not used: {problem}" for problem in looked.problems[:_MOST_PROBLEMS]]
-        notes = [f"{note[0].upper()}{note[1:]}." for note in looked.found.notes]
-        self.notes = label("\n".join(notes), "muted")
-        self.notes.setVisible(bool(notes))
-        self._unread = label("\n".join(unread), "error")
-        self._unread.setVisible(bool(unread))
+        self.notes, self._unread = label("", "muted"), label("", "error")
         area = scrolled(self._grid(looked), "Sources")
         told = (self.notes, self._unread, self.words)
         self.setLayout(vbox(label(_WORDS, "muted"), (area, 1), *told))
+        unread = [f"Not used: {problem}" for problem in looked.problems[:_MOST_PROBLEMS]]
+        show_text(self._unread, "\n".join(unread))
+        notes = [f"{note[0].upper()}{note[1:]}." for note in looked.found.notes]
+        show_text(self.notes, "\n".join(notes))
         for row in self.rows:
-            for changed in (
-                row.role.currentIndexChanged,
-                row.view.textChanged,
-                row.mirrored.toggled,
-            ):
-                changed.connect(self._on_changed)
+            row.role.currentIndexChanged.connect(self._on_changed)
+            row.view.textChanged.connect(self._on_changed)
+            row.mirrored.toggled.connect(self._on_changed)
         self._on_changed()
 
     def _grid(self, looked: Looked) -> QWidget:
@@ -175,22 +177,18 @@ class SourcesPage(QWizardPage):
             grid.addWidget(label(heading, "muted", wraps=False), 0, column)
         for number, row in enumerate(self.rows, start=1):
             source = row.use.source
-            picture = QLabel()
+            picture = named(QLabel(), f"First image of {source.name}")
             picture.setPixmap(_thumbnail(source, looked.pictures.get(source.name)))
-            picture.setAccessibleName(f"First image of {source.name}")
             empty = row.use.background
             more = "" if empty is None else f"\nBackground: {empty.name}"
-            named = label(f"{source.name}\n{source.says()}{more}")
-            named.setToolTip(str(source.path))
-            fields = (picture, named, row.role, row.view, row.mirrored)
-            for column, field in enumerate(fields):
+            about = label(f"{source.name}\n{source.says()}{more}")
+            about.setToolTip(str(source.path))
+            for column, field in enumerate((picture, about, row.role, row.view, row.mirrored)):
                 grid.addWidget(field, number, column)
             grid.setAlignment(row.mirrored, Qt.AlignmentFlag.AlignHCenter)
         grid.setColumnStretch(1, 1)
         grid.setRowStretch(len(self.rows) + 1, 1)
-        inside = QWidget()
-        inside.setLayout(grid)
-        return inside
+        return holder(grid)
 
     def chosen(self, choices: Choices) -> Choices:
         return replace(choices, uses=tuple(row.chosen() for row in self.rows))
@@ -213,9 +211,6 @@ class SourcesPage(QWizardPage):
         self.completeChanged.emit()
 
 
-_MB = 1e6
-
-
 class PlacePage(QWizardPage):
     """Name, folder, what will be written, and the progress of that."""
 
@@ -228,8 +223,7 @@ class PlacePage(QWizardPage):
         browse = push_button("&Choose …", self._ask, "Choose another folder")
         self.summary = label("", "muted")
         self.words = label()
-        self.progress = QProgressBar()
-        self.progress.setAccessibleName("Progress")
+        self.progress = named(QProgressBar(), "Progress")
         self.progress.hide()
         form = QFormLayout()
         form.addRow("&Name", self.name)
@@ -281,7 +275,7 @@ class PlacePage(QWizardPage):
         if stay:
             parts.append(f"{counted(stay, 'stream')} stay where they are.")
         if copied:
-            size = sum(path.stat().st_size for path in copied) / _MB
+            size = sum(path.stat().st_size for path in copied) / 1e6
             parts.append(f"{counted(len(copied), 'file')} will be copied ({size:.0f} MB).")
         if converted:
             names = ", ".join(one.frames for one in converted)

@@ -38,6 +38,7 @@ class TimingPage(QWizardPage):
         super().__init__()
         self.setTitle("Timing")
         self._choices, self._work = looked.proposed, NewestJob(tasks)
+        self.stop = self._work.give_up
         self._leads: dict[str, float] = {}
         self.fps = NumberField(
             digits=3, maximum=1000.0, specialValueText="not known",
@@ -49,9 +50,8 @@ class TimingPage(QWizardPage):
             "Synchronise by", [("", "nothing: frame 0 of all"), *METHODS.items()],
             "What tells which frames show the same instant",
         )  # fmt: skip
-        self.estimate = push_button(
-            "&Estimate", self._estimate, "Read the sources and estimate their offsets"
-        )
+        tip = "Read the sources and estimate their offsets"
+        self.estimate = push_button("&Estimate", self._estimate, tip)
         self.unit = NumberField(
             digits=3, per_unit=1000.0, minimum=0.01, maximum=1000.0, suffix=" mm",
             accessibleName="Depth unit", toolTip="Millimetres per count of the depth maps",
@@ -67,12 +67,10 @@ class TimingPage(QWizardPage):
             "source is taken for the same instant."
         )
         self.offsets, self.words = label("", "muted"), label()
-        form = self._form(looked)
-        self.setLayout(vbox(label(_WORDS, "muted"), form, self.words, None))
-        for changed in (
-            self.fps.valueChanged, self.method.currentIndexChanged, self.resample.toggled,
-        ):  # fmt: skip
-            changed.connect(self._forget)
+        self.setLayout(vbox(label(_WORDS, "muted"), self._form(looked), self.words, None))
+        self.fps.valueChanged.connect(self._forget)
+        self.method.currentIndexChanged.connect(self._forget)
+        self.resample.toggled.connect(self._forget)
 
     def _form(self, looked: Looked) -> QFormLayout:
         form = QFormLayout()
@@ -92,24 +90,16 @@ class TimingPage(QWizardPage):
         self._say()
 
     def chosen(self, choices: Choices) -> Choices:
-        uses = tuple(
-            replace(use, lead=self._leads.get(use.source.name, 0.0)) for use in choices.uses
-        )
-        fps, unit = self.fps.stored() or None, self.unit.stored()
+        leads = [(use, self._leads.get(use.source.name, 0.0)) for use in choices.uses]
         return replace(
-            choices, uses=uses, fps=fps, depth_unit=unit, resample=self.resample.isChecked()
-        )
-
-    def timed(self, choices: Choices) -> Choices:
-        """The choices at one rate. Raises InputError if the sources have no time in common."""
-        return at_one_rate(self.chosen(choices))
+            choices, uses=tuple(replace(use, lead=lead) for use, lead in leads),
+            fps=self.fps.stored() or None, depth_unit=self.unit.stored(),
+            resample=self.resample.isChecked(),
+        )  # fmt: skip
 
     def isComplete(self) -> bool:
         estimated = not self.method.currentData() or bool(self._leads)
         return self.fps.value() > 0 and estimated and not self._doubts()[1]
-
-    def stop(self) -> None:
-        self._work.give_up()
 
     def _say_distance(self) -> None:
         metres = self._middle * self.unit.stored()
@@ -139,28 +129,24 @@ class TimingPage(QWizardPage):
     def _doubts(self) -> tuple[list[str], str]:
         """Doubts about timing, and why the sources cannot be combined."""
         try:
-            choices = self.timed(self._choices)
+            choices = at_one_rate(self.chosen(self._choices))
         except InputError as error:
             return [], str(error)
         return [one for one in doubts_about(choices) if one != GUESS], ""
 
     def _estimate(self) -> None:
-        choices, method = self.timed(self._choices), self.method.currentData()
+        choices, method = at_one_rate(self.chosen(self._choices)), self.method.currentData()
         self._forget()
         self.estimate.setEnabled(False)
 
         def work(task: Task) -> tuple[Choices, tuple[Lead, ...]]:
             return synchronised(choices, method, task.work)
 
-        self._work.run(
-            Job(
-                "synchronising the sources",
-                work,
-                self._on_found,
-                lambda error: self._say(message_of(error).sentence()),
-                progressed=lambda _share, words: say_in(self.words, words),
-            )
-        )
+        self._work.run(Job(
+            "synchronising the sources", work, self._on_found,
+            lambda error: self._say(message_of(error).sentence()),
+            progressed=lambda _share, words: say_in(self.words, words),
+        ))  # fmt: skip
 
     def _on_found(self, found: tuple[Choices, tuple[Lead, ...]]) -> None:
         choices, leads = found
@@ -193,8 +179,8 @@ class ImportWizard(QWizard):
         self.calibration = CalibrationPage(looked.proposed, looked.found.folder)
         self.place = PlacePage(looked)
         self.steps = (self.sources, self.timing, self.calibration, self.place)
-        for page in self.steps:
-            page.setSubTitle(f"Step {self.steps.index(page) + 1} of {len(self.steps)}")
+        for number, page in enumerate(self.steps, start=1):
+            page.setSubTitle(f"Step {number} of {len(self.steps)}")
             self.addPage(page)
         self.setButtonText(QWizard.WizardButton.FinishButton, "&Make recording")
         self.currentIdChanged.connect(self._on_page)
@@ -229,19 +215,12 @@ class ImportWizard(QWizard):
             make_recording(choices, folder, task.work)
             return folder
 
-        def failed(error: Exception) -> None:
-            self._stand_still(message_of(error).sentence(), error=True)
-
-        self._work.run(
-            Job(
-                "making the recording",
-                work,
-                self._on_made,
-                failed,
-                lambda: self._stand_still("Stopped. No recording was created."),
-                progressed=self._on_progress,
-            )
-        )
+        self._work.run(Job(
+            "making the recording", work, self._on_made,
+            lambda error: self._stand_still(message_of(error).sentence(), error=True),
+            lambda: self._stand_still("Stopped. No recording was created."),
+            progressed=self._on_progress,
+        ))  # fmt: skip
 
     def reject(self) -> None:
         if self._work.busy:
