@@ -127,7 +127,7 @@ class _Place:
 
     @property
     def unit(self) -> str:
-        """Of :func:`arms_measure`."""
+        """Unit of the errors here: degrees, or percent where only failure probability is known."""
         return "°" if judged(self.run, self.truth).measure == "error" else " %"
 
     def harms(self, work: Work, changes: Sequence[Change], words: str) -> FloatArray:
