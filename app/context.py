@@ -1,7 +1,6 @@
 """What a feature may use, and nothing else."""
 
 import gc
-import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -78,8 +77,9 @@ def make_context(
     views = CameraGrid(redraw, view_state.choose_kind, view_state.highlight)
     scene = SceneView(view_state.highlight, redraw)
     docks = Docks(window, settings, notifier, views, scene, view_state.show_workspace)
-    actions = ActionRegistry(window, settings, redraw, notifier.say)
+    actions = ActionRegistry(window, settings, notifier.say)
     tasks.watch(redraw.settled)
+    tasks.watch(actions.settled)
     changes.hear(Part.SAID, notifier.say)
     return Context(session, view_state, tasks, actions, docks, notifier, settings)
 
@@ -89,7 +89,6 @@ def window_loop(window: QObject) -> Loop:
     return Loop(Post().posted.emit, partial(later, window), is_alive)
 
 
-_MANY = 50  # modules that bring so many objects that a collection would take long
 _LONG_S = 0.002
 """Processor time after which what outlives a collection is not looked at again. What comes with a
 recording and with a run's first frames took 20 to 50 ms each time."""
@@ -101,9 +100,8 @@ class GarbageTimer(QObject):
     A collection may run the destructor of a Qt object; were it set off by an allocation in a worker
     thread, the object would be destroyed there while the window's thread still uses it.
 
-    Nothing that modules bring is looked at again, whether they are loaded already or later on, nor
-    what outlives a long collection: a fifth of a second each time, in which the window stood still.
-    Only when a recording was closed, everything is.
+    What modules have brought and what outlives a long collection is not looked at again: a fifth of
+    a second each time, in which the window stood still. Only when a recording was closed, all is.
     """
 
     def __init__(self, parent: QObject | None = None) -> None:
@@ -111,22 +109,17 @@ class GarbageTimer(QObject):
         gc.disable()
         self.looks_at_all = False
         """Whether the next collection looks at everything, as a recording was closed."""
-        self._keep_modules()
+        gc.freeze()
         self.timer = QTimer(self, interval=1000)
         self.timer.timeout.connect(self._collect)
         self.timer.start()
 
-    def _keep_modules(self) -> None:
-        self._loaded = len(sys.modules)
-        gc.freeze()
-
     def _collect(self) -> None:
         if self.looks_at_all:
+            self.looks_at_all = False
             gc.unfreeze()
             gc.collect()
-        if self.looks_at_all or len(sys.modules) > self._loaded + _MANY:
-            self.looks_at_all = False
-            self._keep_modules()
+            gc.freeze()
         counts, limits = gc.get_count(), gc.get_threshold()
         due = [k for k in range(3) if limits[k] and counts[k] > limits[k]]
         begun = time.thread_time()

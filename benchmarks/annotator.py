@@ -17,14 +17,14 @@ from typing import TypeAlias
 import numpy as np
 
 from benchmarks.common import ended, parser_of, put_table, recordings_of
-from stereotrack_core.annotation.accepting import acceptable, pixel_scale
 from stereotrack_core.annotation.click import ACCEPTED, Click, ClickKey, Prediction
 from stereotrack_core.annotation.detected_body import body_predictions, told_once
 from stereotrack_core.annotation.fit.fit import FitRequest, fit_reference
 from stereotrack_core.annotation.fit.state import FitSettings
 from stereotrack_core.annotation.follow_body import BodyStep, FollowedBody, follow_body
 from stereotrack_core.annotation.landmark_filter import ProposalQuestion
-from stereotrack_core.annotation.propose import Proposals, Proposer
+from stereotrack_core.annotation.predict import pixel_scale
+from stereotrack_core.annotation.propose import Proposals, Proposer, acceptable
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.evaluation.summary import truth_of

@@ -147,13 +147,10 @@ def read_rows(
 
 
 def _wrong_length(path: Path, number: int, line: list[str], header: list[str]) -> InputError:
-    return InputError(
-        f"line {number} has {len(line)} values, expected {len(header)}",
-        path,
-        "Add the missing values or delete the line."
-        if len(line) < len(header)
-        else "Use decimal points, and commas only between values.",
-    )
+    what = f"line {number} has {len(line)} values, expected {len(header)}"
+    if len(line) < len(header):
+        return InputError(what, path, "Add the missing values or delete the line.")
+    return InputError(what, path, "Use decimal points, and commas only between values.")
 
 
 def finite_number(

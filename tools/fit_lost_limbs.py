@@ -35,7 +35,6 @@ from stereotrack_core.pose_model.installation import is_installed
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.reader import FrameReader
-from stereotrack_core.simulation.make import simulate
 from stereotrack_core.tracking.detecting import seen_keypoints
 from stereotrack_core.tracking.estimate import views_named
 from stereotrack_core.tracking.failure import features
@@ -112,7 +111,7 @@ def examples_of(folder: Path) -> Iterator[Examples]:
             if not file.exists():
                 print(file.stem, flush=True)
                 if not (folder / name).exists():
-                    simulate(folder / name, made.simulation)
+                    made.make(folder / name, made.simulation)
                 signs, degrees, sigma = judged_run(folder / name, used, seen, made.init)
                 file.parent.mkdir(exist_ok=True)
                 np.savez_compressed(file, signs=signs, degrees=degrees, sigma=sigma)

@@ -1,11 +1,13 @@
 """Simulated recordings on which it is fitted and measured how limbs are called lost."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 
+from depth_camera import simulate_depth
 from exercises import EXERCISES
 
-from stereotrack_core.simulation.make import Simulation
+from stereotrack_core.simulation.make import Simulation, simulate
 from stereotrack_core.simulation.motions import MOTIONS
 from stereotrack_core.simulation.rig import SceneOptions
 
@@ -13,7 +15,7 @@ MOTIONS.update(EXERCISES)
 
 # A structured-light depth camera at the height of a table, before a person with hanging arms.
 _KINECT = SceneOptions(
-    kind="depth", width=320, height=240, focal=286.0, camera_distance=2.9,
+    width=320, height=240, focal=286.0, camera_distance=2.9,
     camera_height=1.15, fps=20.0, t_pose_first=False,
 )  # fmt: skip
 
@@ -33,6 +35,7 @@ class Simulated:
     simulation: Simulation
     chosen: tuple[str, ...] = ("",)
     presets: tuple[str, ...] = ("unheeded", "thesis")  # names in :data:`TRACKED`
+    make: Callable[[Path, Simulation], None] = simulate
 
     @property
     def init(self) -> str:
@@ -42,7 +45,7 @@ class Simulated:
 
 def _depth(person: str, motion: str, seed: int, stature: float) -> Simulated:
     options = _KINECT.replaced(stature=stature)
-    return Simulated(Simulation(person, motion, 90, "N", seed, options))
+    return Simulated(Simulation(person, motion, 90, "N", seed, options), make=simulate_depth)
 
 
 # What coefficients are fitted on.

@@ -11,7 +11,7 @@ import cv2
 
 from stereotrack_core.demo import SHIPPED
 from stereotrack_core.simulation.make import Simulation, simulate
-from stereotrack_core.simulation.rig import SceneOptions, parsed_disturbances
+from stereotrack_core.simulation.rig import SceneOptions
 from stereotrack_core.work import Work
 
 _DEMO = Simulation(
@@ -20,9 +20,8 @@ _DEMO = Simulation(
     frames=100,
     seed=7,
     options=SceneOptions(
-        colour=True, camera_distance=2.6, camera_height=1.75, noise=0.5, lossless=True
+        colour=True, camera_distance=2.6, camera_height=1.75, noise=0.5, lossless=True, shadow=0.3
     ),
-    disturbances=parsed_disturbances("shadow=0.3"),
 )
 _JPEG_QUALITY = 80
 _ENCODING = {"crf": "26", "preset": "fast", "bf": "0", "g": "10"}

@@ -20,10 +20,11 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from ..widgets.redraw import RedrawQueue
+from ..widgets.redraw import later
 from ..widgets.style.theme import icon_named
 
 _SHORTCUTS = "shortcuts"
+_SOON_MS = 30  # a frame step or a click changes things several times, and asking takes a while
 
 
 @dataclass(frozen=True)
@@ -124,16 +125,11 @@ class ActionRegistry(QObject):
 
     refreshed = Signal()
 
-    def __init__(
-        self,
-        window: QWidget,
-        settings: QSettings,
-        redraw: RedrawQueue,
-        say: Callable[[str], object],
-    ) -> None:
+    def __init__(self, window: QWidget, settings: QSettings, say: Callable[[str], object]) -> None:
         super().__init__(window)
         self._say_refusal = say
-        self._window, self._settings, self._redraw = window, settings, redraw
+        self._window, self._settings = window, settings
+        self._soon = later(self, self.refresh, _SOON_MS)
         self._commands: dict[str, Command] = {}
         self._actions: dict[str, QAction] = {}
         self._keys: dict[str, str] = {}  # as they are stored
@@ -163,6 +159,8 @@ class ActionRegistry(QObject):
 
     def refresh(self, menu: str = "") -> None:
         """Find out what can be done now: in all menus, or in one and those below it."""
+        if not menu:
+            self._soon.stop()
         for name, command in self._commands.items():
             if not command.menu.startswith(menu):
                 continue
@@ -180,9 +178,13 @@ class ActionRegistry(QObject):
             self.refreshed.emit()
 
     @Slot()
-    def refresh_soon(self, _what: object = None) -> None:
-        """Find out what can be done now, when it is its turn among what is drawn."""
-        self._redraw.soon(self.refresh)
+    def refresh_soon(self) -> None:
+        """Find out what can be done now, once for all that changes in the next moment."""
+        if not self._soon.isActive():
+            self._soon.start()
+
+    def settled(self) -> bool:
+        return not self._soon.isActive()
 
     @Slot(QWidget, QWidget)
     def _on_focus(self, _old: QWidget | None, new: QWidget | None) -> None:
@@ -268,7 +270,7 @@ class ActionRegistry(QObject):
         if command.icon:
             action.setIcon(icon_named(command.icon))
         action.triggered.connect(lambda _checked: command.run())
-        action.triggered.connect(lambda _checked: self.refresh())
+        action.triggered.connect(self.refresh_soon)
         self._window.addAction(action)
         return action
 

@@ -163,8 +163,7 @@ class Docks(QObject):
         self._docks: dict[str, QDockWidget] = {}
         self._workspaces: dict[str, Workspace] = {}
         self._shown: Workspace | None = None
-        self.is_alone = False
-        """Whether a workspace is shown without panels, while nothing is open."""
+        self.is_alone = False  # whether a workspace is shown without panels, while nothing is open
         self._before: QByteArray | None = None
         self.redraw, self.views, self.scene = views.redraw, views, scene
         self.timeline, self.transport = TimelineView(), Transport()

@@ -19,6 +19,7 @@ from PySide6.QtCore import (
 from PySide6.QtWidgets import QStatusBar
 
 from stereotrack_core.errors import InputError, visible
+from stereotrack_core.project.exporting import Exported
 
 from ..session.messages import Message, Tell, message_of
 from ..widgets.forms.message import MessageBar
@@ -102,6 +103,13 @@ class Notifier:
             self.error(error)
             return False
         return True
+
+    def exported(self, done: Exported) -> None:
+        """Say what was written; remarks on it stay until a person has read them."""
+        if done.notes:
+            self.show(Message("note", done.saved(), remedy=" ".join(done.notes)))
+        else:
+            self.say(done.words())
 
     def say(self, words: str, milliseconds: int = SAID_MS) -> None:
         self._status.showMessage(words, milliseconds)

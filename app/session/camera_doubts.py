@@ -26,8 +26,7 @@ class CameraDoubts:
     def __init__(self, base: Base, project: ProjectPresenter) -> None:
         self._changes, self._document = base.changes, base.document
         self._project = project
-        self.now: Disagreement | None = None
-        """The camera that contradicts the others."""
+        self.now: Disagreement | None = None  # the camera that contradicts the others
         take = lambda _question, found: self._take(found)  # noqa: E731
         self._worker = LatestOnly(
             base.tasks, lambda compare: compare(), "compare the cameras", take

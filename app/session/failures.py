@@ -32,8 +32,7 @@ class Found:
     """The failures that were found."""
 
     state: Hashable  # frames, reference and threshold that they belong to
-    search: FailureSearch | None
-    """Question to the core; None if the run does not state its origin."""
+    search: FailureSearch | None  # question to the core; None if the run does not state its origin
     failures: tuple[FailureSegment, ...]
     looked: bool = False  # whether causes are judged by pictures as well
 

@@ -169,21 +169,21 @@ def steps_of(trace: StepTrace) -> tuple[Step, ...]:
     """All steps of a frame in their order."""
     cloudless = bool(trace.corrections) and not any(len(c.points.part) for c in trace.corrections)
     texts = _THESIS if trace.method == "thesis" else _KEYPOINTS if cloudless else _MANIFOLD
-    steps = [_step("predict", texts, heading="Prediction")]
+    after = "After the iterations"
+    steps = [Step("predict", *texts["predict"], "Prediction")]
     kinds = [kind for kind in _IN_ITERATION if not cloudless or kind not in _OF_POINTS]
     for index, correction in enumerate(trace.corrections):
         for kind in kinds:
             heading = _heading_of(correction) if kind == kinds[0] else ""
-            steps.append(_step(kind, texts, heading, index))
+            steps.append(Step(kind, *texts[kind], heading, index))
     if trace.measured:
-        steps.append(_step("pairs", texts, "Estimate"))
-        steps.append(_step("settle", texts))
+        steps.append(Step("pairs", *texts["pairs"], "Estimate"))
+        steps.append(Step("settle", *texts["settle"]))
     if trace.search is not None:
-        steps.append(_step("search", texts, "After the iterations"))
+        steps.append(Step("search", *texts["search"], after))
     if trace.jump is not None:
-        steps.append(_step("collisions", texts, "After the iterations"))
-    steps.append(_step("result", texts, "" if len(steps) > 1 else "After the iterations"))
-    return tuple(steps)
+        steps.append(Step("collisions", *texts["collisions"], after))
+    return (*steps, Step("result", *texts["result"], "" if len(steps) > 1 else after))
 
 
 def _heading_of(correction: Correction) -> str:
@@ -202,16 +202,6 @@ def same_step(steps: tuple[Step, ...], like: Step) -> int:
     """Index of the step of another frame that corresponds to this one, or the nearest."""
     alike = ((one.kind, one.correction) == (like.kind, like.correction) for one in steps)
     return next((index for index, same in enumerate(alike) if same), len(steps) - 1)
-
-
-def _step(
-    kind: StepKind,
-    texts: dict[StepKind, tuple[str, str, str]],
-    heading: str = "",
-    correction: int = -1,
-) -> Step:
-    title, words, source = texts[kind]
-    return Step(kind, title, words, source, heading, correction)
 
 
 _SMOOTHED = " The run was smoothed, so its poses also depend on later frames."
@@ -265,12 +255,11 @@ def question_of(
     make = _maker(kept, entry, settings)
     spec, here_alone = None if entry is None else entry.spec(), range(frame, frame + 1)
     keypoints = track.keypoints.for_trial(settings, here_alone) if spec is None else spec.keypoints
-    meta = entry.stored.meta if entry is not None and entry.stored is not None else {}
     of_frame = None if entry is None else entry.at(frame)
     looked = None if of_frame is None else of_frame.keypoints
     views = tuple((spec and spec.views) or ())
     task = RecordStep(kept, frame, settings, make, before, here, keypoints, looked, truth, views)
-    more = _SMOOTHED if meta.get("smoothed") else ""
+    more = _SMOOTHED if entry is not None and entry.meta.get("smoothed") else ""
     if entry is not None and any(a <= frame <= b for a, b in entry.looked_again):
         more += _LOOKED_AGAIN
 
@@ -325,8 +314,7 @@ class InspectionPresenter:
     ) -> None:
         self._base, self._document, self._track = base, base.document, track
         self._true_landmarks = true_landmarks
-        self.on = False
-        """Whether the frame that is shown is inspected."""
+        self.on = False  # whether the frame that is shown is inspected
         self._asked: Question | None = None
         self._chosen: Step | None = None
         self._newest = NewestAnswer(

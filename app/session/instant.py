@@ -15,6 +15,7 @@ from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.tracking.frame import TrackedFrame
+from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.tuning.clouds import CloudKey, CloudStore, KeptClouds
 
 from .base import Base
@@ -27,6 +28,7 @@ from .tracking import TrackPresenter
 from .view_state import GhostBody, Instant, StepDrawing
 
 _KEPT = 12
+_CACHE = 128 * 1024 * 1024  # of pictures that clouds are made of, each mostly once
 
 
 def _measuring(shared: Shared[CloudStore]) -> Callable[[tuple[DepthParameters, int]], Cloud]:
@@ -64,13 +66,14 @@ def _store_of(recording: Recording, reader: Shared[FrameReader]) -> Shared[Cloud
 class CloudPresenter:
     """Clouds by frame and parameters; the newest question wins, the last few are kept."""
 
-    def __init__(self, tell_change: TellChange, tasks: TaskList) -> None:
-        self._tell_change, self._tasks = tell_change, tasks
+    def __init__(
+        self, tell_change: TellChange, tasks: TaskList, settings: Callable[[], Settings]
+    ) -> None:
+        self._tell_change, self._tasks, self._settings = tell_change, tasks, settings
         self.reader: Shared[FrameReader] | None = None
         """Reader of the images in grey, as the tracker sees them."""
         self._store: Shared[CloudStore] | None = None
         self._worker: LatestOnly | None = None
-        self.parameters = DepthParameters()
         self._clouds: OrderedDict[tuple[DepthParameters, int], Cloud] = OrderedDict()
         self._points: tuple[tuple[DepthParameters, int], Cloud] | None = None
         self._failed: set[tuple[DepthParameters, int]] = set()
@@ -89,11 +92,16 @@ class CloudPresenter:
         self._failed.clear()
         names = [view.name for view in recording.views if view.kind != "mono"] if recording else []
         if recording is not None and names:
-            reader = FrameReader(recording, views=names, colour=False)
+            reader = FrameReader(recording, views=names, colour=False, cache_bytes=_CACHE)
             self.reader = Shared(reader, reader.close)
             self._store = _store_of(recording, self.reader)
             measure, answers = _measuring(self._store), (self._on_measured, self._on_failed)
             self._worker = LatestOnly(self._tasks, measure, "measure points", *answers, late=True)
+
+    @property
+    def parameters(self) -> DepthParameters:
+        """Those that points of the next run would be measured with."""
+        return self._settings().depth
 
     @property
     def available(self) -> bool:
@@ -262,7 +270,8 @@ class InstantPresenter:
             return True
         # measuring for the scene alone would take time from the tracker or hold up playback
         busy = self._track.running or self._document.playing
-        return self._view_state.points_wanted() and not busy
+        shown = "points" in self._view_state.display.overlays
+        return (shown or self._view_state.scene_shows_points()) and not busy
 
     def _pictures_need_it(self) -> bool:
         return self._clouds.available and any(

@@ -143,7 +143,7 @@ def judged(run: RunEntry, truth: Truth | None) -> Judgement:
     return Judgement("sigma", numbers, limbs, tracked, unexplained_fraction, None, lost)
 
 
-def _by_limb(values: Sequence[FloatArray]) -> dict[str, FloatArray]:
+def _by_limb(values: Sequence[FloatArray] | FloatArray) -> dict[str, FloatArray]:
     """Values (F,) by limb of those of every frame."""
     stacked = np.array(values).reshape(len(values), len(LIMBS))
     return {limb: stacked[:, LIMBS.index(limb)] for limb in MEASURED_LIMBS}
@@ -156,12 +156,9 @@ def _errors(
     done = np.isin(reference.frame, found.frame)
     own = LandmarkTrajectory(reference.frame[done], reference.points[done])
     errors = errors_against(found, own)
-    limbs = {}
-    for limb in MEASURED_LIMBS:
-        values: FloatArray = np.full(len(found.frame), np.nan)
-        values[np.searchsorted(found.frame, errors.frame)] = np.degrees(errors.of_limb(limb))
-        limbs[limb] = values
-    return limbs, errors
+    values: FloatArray = np.full((len(found.frame), len(LIMBS)), np.nan)
+    values[np.searchsorted(found.frame, errors.frame)] = errors.degrees
+    return _by_limb(values), errors
 
 
 def reference_at(reference: LandmarkTrajectory | None, frame: int) -> FloatArray | None:

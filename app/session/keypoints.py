@@ -32,8 +32,7 @@ class KeypointPresenter:
         self._frame: tuple[int, Keypoints] | None = None
         self._all: Keypoints | None = None
         self._detected: tuple[range, Keypoints] | None = None
-        self.wanted = True
-        """Whether runs and trials are tracked with them."""
+        self.wanted = True  # whether runs and trials are tracked with them
 
     @property
     def sources(self) -> Mapping[str, int]:

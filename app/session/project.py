@@ -35,8 +35,7 @@ class ProjectPresenter:
         self._of_file, self._of_recording = NewestJob(self._tasks), NewestJob(self._tasks)
         self._problem = ""
         self._frame = 0
-        self.makes = True
-        """Whether a recording that has no project gets one."""
+        self.makes = True  # whether a recording that has no project gets one
 
     # ---- facts
 

@@ -16,7 +16,7 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.evaluation.failure_segments.find import good_stretches
 from stereotrack_core.evaluation.failure_segments.segment import FailureSegment, limbs_words
 from stereotrack_core.study.description import Study, StudyRecording
-from stereotrack_core.study.good_runs import good_run
+from stereotrack_core.study.run import good_run
 from stereotrack_core.tracking.frame import TrackedFrame
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.run_spec import AUTO, FirstPose, RunSpec
@@ -67,8 +67,9 @@ class Remedy:
     change: Change
     entry: RunEntry  # the trial over the failure
     error: float  # of the arms over the failure; see :func:`arms_measure`
-    gain: float  # by which the run has more
-    harm: float | None = None  # most by which it makes a good stretch worse; None if not checked
+    gain: float  # by which no change has more, as it begins alike; of no change, the run
+    harm: float | None = None
+    """Most by which it makes a good stretch worse, or one arm in the failure; None: not checked."""
     elsewhere: tuple[Harm, ...] = ()  # for each recording of the study that was checked so far
 
     @property
@@ -102,13 +103,17 @@ class Tried:
         return replace(self, remedies=tuple(ordered))
 
 
-def arms_measure(entry: RunEntry, truth: Truth | None, stretch: range) -> float:
-    """Mean over frames and limbs of the arms: error in degrees, else failure probability in %."""
+def arms_measure(entry: RunEntry, truth: Truth | None, stretch: range, side: str = "") -> float:
+    """Mean over frames and limbs of the arms, or of the one on a `side` (``left``, ``right``).
+
+    Error in degrees, else failure probability in %.
+    """
     one = judged(entry, truth)
     inside = (one.frame >= stretch.start) & (one.frame < stretch.stop)
     lost = {limb: 100.0 * chance for limb, chance in one.lost.items()}
     by_limb = one.limbs if one.measure == "error" else lost
-    values = np.array([values for limb, values in by_limb.items() if "arm" in limb])[:, inside]
+    arms = (limb for limb in by_limb if "arm" in limb and side in limb)
+    values = np.array([by_limb[limb] for limb in arms])[:, inside]
     values[:, ~one.tracked[inside]] = _NOT_TRACKED if one.measure == "error" else 100.0
     known = values[np.isfinite(values)]
     return float(known.mean()) if len(known) else float("nan")
@@ -196,15 +201,20 @@ class _Search:
 
     def work(self, task: Task) -> None:
         """Try all changes on the failure, then the best ones where runs were good."""
-        tried, count = self.tried, len(self.changes)
+        tried, count, truth = self.tried, len(self.changes), self.here.truth
+        base, arms, worse = tried.error, np.full(2, np.nan), dict[Change, float]()
         checks = 0 if tried.kind == "parts" else _GOOD * (_CHECKED + 1)  # trials for a recording
         total = count + checks * (1 + len(tried.others))
         for done, change in enumerate(self.changes):
             task.report(done / total, f"{done + 1} of {count} changes")
             entry = self.here.tracked(task.work, change, tried.stretch)
-            error = arms_measure(entry, self.here.truth, tried.stretch)
-            tried = tried.with_remedies(Remedy(change, entry, error, tried.error - error))
+            error = arms_measure(entry, truth, tried.stretch)
+            each = [arms_measure(entry, truth, tried.stretch, side) for side in ("left", "right")]
+            worse[change] = float(np.fmax.reduce(each - arms, initial=np.nan))
+            tried = tried.with_remedies(Remedy(change, entry, error, base - error))
             task.tell(tried)
+            if change.words == UNCHANGED:
+                base, arms = error, np.array(each)
         others = [one for one in tried.remedies if one.change.words != UNCHANGED]
         best = [one for one in others[:_CHECKED] if one.gain >= WORTH]
         if tried.kind == "parts" or not best:
@@ -212,7 +222,8 @@ class _Search:
         asked, end = (self.changes[0], *(one.change for one in best)), count + checks
         part = task.work.part(count / total, end / total)
         harms = self.here.harms(part, asked, "checking stretches that were good")
-        known = [None if np.isnan(harm) else float(harm) for harm in harms]
+        own = [worse[one.change] for one in best]
+        known = [None if np.isnan(harm) else float(harm) for harm in np.fmax(harms, own)]
         best = [replace(one, harm=harm) for one, harm in zip(best, known, strict=True)]
         tried = tried.with_remedies(*best)
         task.tell(tried)
@@ -292,8 +303,9 @@ class RemedyPresenter:
         said += f"run has {tried.error:.1f}{tried.unit}. {done} of {tried.count} changes tried."
         if self.running:
             return f"{said}{_study_words(tried)}"
-        better = [one for one in tried.remedies if one.gain >= WORTH]
-        luck = next((one for one in better if one.change.words == UNCHANGED), None)
+        found = [one for one in tried.remedies if one.gain >= WORTH]
+        luck = next((one for one in found if one.change.words == UNCHANGED), None)
+        better = [one for one in found if one is not luck]
         if luck is not None:
             said += (
                 f" From the frame before, it has {luck.error:.1f}{tried.unit} without any change."
@@ -302,7 +314,7 @@ class RemedyPresenter:
             return f"{said} None makes it better."
         if tried.kind == "parts":
             return f"{said} Best {better[0].change.words}."
-        harmless = next((one for one in better if is_harmless(one) and one is not luck), None)
+        harmless = next((one for one in better if is_harmless(one)), None)
         said = f"{said} Best without harm: {harmless.change.words}." if harmless else said
         return f"{said}{_study_words(tried)}"
 
@@ -357,11 +369,11 @@ class RemedyPresenter:
             return None
         stated = None if spec is None else spec.views
         views = tuple(name for name in stated or kept.views if name in kept.views)
-        if kind == "remedy":
-            unchanged = Change(UNCHANGED, settings)
-            tried: Sequence[Change] = (unchanged, *changes(settings, failure.parameters))
-        else:
-            tried = without_parts(settings, views)
+        remedies = kind == "remedy"
+        other = (
+            changes(settings, failure.parameters) if remedies else without_parts(settings, views)
+        )
+        tried = (Change(UNCHANGED, settings), *other)
         good = tuple(good_stretches(found.search, found.failures, _GOOD, _GOOD_SECONDS))
         process, first_pose = self._base.processes.trials, self._track.first_pose
         here = _Place(kept, run, truth, good, process, first_pose)
@@ -371,7 +383,7 @@ class RemedyPresenter:
         unit = here.unit if here.unit == "°" else f"{here.unit} failure probability"
         counts = len(tried), len(good)
         begun = Tried(kind, run, failure, stretch, unit, error, *counts, study, others)
-        return _Search(begun, tuple(tried), here)
+        return _Search(begun, tried, here)
 
     def _on_told(self, told: list[Tried]) -> None:
         self.tried = told[-1]

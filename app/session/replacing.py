@@ -2,12 +2,20 @@
 
 from collections.abc import Mapping
 
+import numpy as np
+
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.writing import replace_calibration
 
 from .messages import Message
 from .session import Session
+
+_MOVED_M = 0.05  # by which a camera may stand elsewhere in the same world
+_ANOTHER_WORLD = (
+    " A camera stands elsewhere than before. The reference, runs and landmarks in space stay in "
+    "the world before: track and fit again. Clicks in the images stay right."
+)
 
 
 def replace_cameras(session: Session, cameras: Mapping[str, Camera], what: str) -> Message:
@@ -16,7 +24,15 @@ def replace_cameras(session: Session, cameras: Mapping[str, Camera], what: str) 
     if recording is None:
         raise InputError("no recording is open", remedy="Open it again.")
     kept = replace_calibration(recording.folder, cameras)
-    said = Message("note", what, remedy=f"The calibration before is {kept.name}.")
+    old = {} if recording.guessed else recording.cameras
+    moved = (
+        float(np.linalg.norm(one.position_world - old[name].position_world))
+        for name, one in cameras.items()
+        if name in old
+    )
+    another = max(moved, default=0.0) > _MOVED_M
+    remedy = f"The calibration before is {kept.name}.{_ANOTHER_WORLD if another else ''}"
+    said = Message("warning" if another else "note", what, remedy=remedy)
     open_again(session, said)
     return said
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
@@ -92,17 +92,20 @@ class RunEntry:
         self.frames[frame.frame] = frame
 
     @property
+    def meta(self) -> Mapping[str, Any]:
+        """What is stated about how it was made; empty while nothing is."""
+        told = self.stored or self.origin
+        return {} if told is None else told.meta
+
+    @property
     def heading(self) -> HeadingWords | None:
         """What is to be said of the way that the person faces."""
-        told = self.stored or self.origin
-        return None if told is None else heading_words(told.meta.get(HEADING))
+        return heading_words(self.meta.get(HEADING))
 
     @property
     def looked_again(self) -> list[tuple[int, int]]:
         """First and last frames of stretches that a second look has changed."""
-        told = self.stored or self.origin
-        stretches = () if told is None else told.meta.get(LOOKED_AGAIN, ())
-        return [(first, last) for first, last in stretches]
+        return [(first, last) for first, last in self.meta.get(LOOKED_AGAIN, ())]
 
     def at(self, frame: int) -> TrackedFrame | None:
         return self.frames.get(frame)
@@ -307,8 +310,7 @@ class LiveRun:
         self._spec = run.spec
         self.detects = run.spec.keypoints is None and detects_first(run.recording, self.settings)
         """Whether it detects keypoints in mono views before its first frame."""
-        self.held = False
-        """Whether it waits for leave to go on, with every frame fetched."""
+        self.held = False  # whether it waits for leave to go on, with every frame fetched
         self.start_words = ""  # where its first pose is from, if another run has given it
         self.progress: run_process.Preparing | None = None
         """Progress of what comes before the first frame."""

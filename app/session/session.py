@@ -112,18 +112,16 @@ class Session(Base):
         self._finding = NewestJob(self.tasks)
         self._ended = False
         self.said: Message | None = None  # once the recording is open
-        self.asked = self._due = Asked()
-        """What was asked for when opening last."""
+        self.asked = self._due = Asked()  # what was asked for when opening last
         self.document.on_opened, self.document.on_closed = self._on_opened, self._on_closed
         self.project = ProjectPresenter(self)
         self.keypoints = KeypointPresenter(self, self.project)
-        self.clouds = CloudPresenter(self.changes.tell, self.tasks)
+        self.clouds = CloudPresenter(self.changes.tell, self.tasks, lambda: self.track.settings)
         self.track = TrackPresenter(self, self.project, self.keypoints)
         self.judging = JudgementPresenter(self)
         self.cameras = CameraDoubts(self, self.project)
         """Whether a camera contradicts the others."""
         self.instant = InstantPresenter(self, self.keypoints, self.clouds, self.track)
-        self.clouds.parameters = self.track.settings.depth
         self._follow()
         self.trials = TrialPresenter(self, self.track, self.judging, self.instant, self.not_tried)
         self.inspection = InspectionPresenter(self, self.track, self.true_landmarks)
@@ -155,12 +153,11 @@ class Session(Base):
         watch(Part.PROJECT_OPENED, self.cameras.compare_soon)
         watch(Part.PROJECT_CLOSING, self.cameras.forget)
         drawn = Part.KEYPOINTS | Part.CLOUD | Part.STEP | Part.DISPLAY | Part.RUNS | Part.ACTIVE_RUN
-        watch(drawn, self.instant.tell_soon)
+        watch(drawn | Part.SETTINGS, self.instant.tell_soon)
         watch(Part.IMAGES, self.instant.tell)
         hear(Part.TRACKED, self.instant.on_tracked)
         hear(Part.RESTED, self.instant.keep)
         watch(Part.TRACKING, self.instant.on_tracking)
-        watch(Part.SETTINGS, self._on_settings)
         watch(Part.ACTIVE_RUN, lambda: self.keypoints.take_of(self.runs.active))
 
     def true_landmarks(self, frame: int) -> FloatArray | None:
@@ -442,8 +439,3 @@ class Session(Base):
         if self.processes.trials.pid is not None:
             self._warm("forgetting the clouds", partial(self.processes.trials, forget))
         self.changes.tell(Part.RECORDING_CLOSED)
-
-    def _on_settings(self) -> None:
-        if self.clouds.parameters != self.track.settings.depth:
-            self.clouds.parameters = self.track.settings.depth
-            self.instant.tell_soon()

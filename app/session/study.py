@@ -162,7 +162,7 @@ class StudyPresenter:
 
         def work(task: Task) -> tuple[Outcome, int]:
             plan = plan_study(study, rows, task.work)
-            outcome, results = run_study(study, plan.jobs, LocalWorkers(processes), task.work)
+            outcome, results = run_study(study.table, plan.jobs, LocalWorkers(processes), task.work)
             known = [results.get(job.identity) for job in plan.jobs]
             failed = sum(one is not None and not one.done for one in known)
             return outcome, failed + len(plan.left_out)

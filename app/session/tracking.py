@@ -102,8 +102,7 @@ class TrackPresenter:
         self.first_pose: FirstPose = "auto"
         """Where the first pose comes from when no run has one: a key of :data:`FIRST_POSES`, or a
         pose."""
-        self.follow = True
-        """Whether the views show the newest frame."""
+        self.follow = True  # whether the views show the newest frame
         self._collected = time.monotonic()
         self._timer = base.later(self._collect, UPDATE_MS)
 
@@ -360,7 +359,8 @@ class TrackPresenter:
         if frames:
             self._changes.tell(Part.RUN_FRAMES)
             self._changes.tell(Part.TRACKED, frames[-1])
-            if self.follow:  # it is shown when its cloud is kept
+            # It is shown when its cloud is kept. Who annotates clicks in the frame that they see.
+            if self.follow and self._view_state.workspace != "annotate":
                 self._document.go_to(frames[-1].frame)
 
     def _on_failed(self, live: LiveRun, error: Exception) -> None:

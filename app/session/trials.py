@@ -58,8 +58,7 @@ class TrialPresenter:
         self._why_not, self._runs = why_not, base.runs
         self._state, self._tell = base.view_state, base.changes.tell
         self._job, self._ahead = NewestJob(base.tasks), NewestJob(base.tasks, quiet=True)
-        self.live = True
-        """Whether a change is tried at once, in the workspace Tune."""
+        self.live = True  # whether a change is tried at once, in the workspace Tune
         self.loops = True
         """Whether the frames around the worst one of a trial are played, when it has ended."""
         self._loop: range | None = None
@@ -303,7 +302,9 @@ class TrialPresenter:
 
     def _on_ended(self, entry: RunEntry) -> None:
         self.running = None
-        if entry.frames:
+        task = self._job.task
+        given_up = task is not None and task.token.cancelled() and entry.kind == "run"
+        if entry.frames and not given_up:
             self._base.edits.close_last()  # who changes a value again may want this one back
             self._ended = entry
             self._judging.judge()
@@ -353,13 +354,11 @@ def trial_beside(run: RunEntry, spec: RunSpec, views: Sequence[str]) -> Trial:
     learned = made.known if made is not None else (known and known.frames) or run.wanted
     seed, seen = (0, None) if known is None else (known.seed, known.seen)
     spec = replace(spec, seed=seed, seen=seen)
-    told = run.stored or run.origin
-    began = None if told is None else began_of(told.meta)
     first = spec.frames_of(0).start
     if made is not None and made.start is not None and first == made.stretch.start:
         start: TrialStart | None = made.start
     else:
-        start = start_before(run.frames, first, began)
+        start = start_before(run.frames, first, began_of(run.meta))
     if start is None:
         return Trial(spec, None, learned)
     unlike = (*start.unlike, *_unlike(run, known, spec, views, from_first=start.P is None))
@@ -381,11 +380,10 @@ def _starts_alike(trial: Trial, other: Trial) -> bool:
 
 def _body_of(run: RunEntry, settings: Settings) -> tuple[BodyShape | None, Proportions | None]:
     """Shape and lengths that a run found, if these settings would find them again."""
-    own, told = run.made_with(), run.origin or run.stored
+    own = run.made_with()
     if own is None or stage_key(own, Stage.SHAPE) != stage_key(settings, Stage.SHAPE):
         return None, None
-    shape = None if told is None else shape_of_meta(told.meta)
-    return shape, run.body.skeleton.proportions
+    return shape_of_meta(run.meta) if run.meta else None, run.body.skeleton.proportions
 
 
 def _unlike(

@@ -86,14 +86,11 @@ class ViewState:
     """Owns what several panels show alike; panels tell it what a person does, and follow it."""
 
     def __init__(self, tell: TellChange, scene_shows_points: Callable[[], bool]) -> None:
-        self._tell, self._scene_shows_points = tell, scene_shows_points
-        self.workspace = ""
-        """Name of the workspace that is shown; empty while nothing is open."""
+        self._tell, self.scene_shows_points = tell, scene_shows_points
+        self.workspace = ""  # name of the workspace that is shown; empty while nothing is open
         self.selection: range | None = None
-        self.threshold = THRESHOLD_DEG
-        """Error above which a limb counts as lost, in degrees."""
-        self.active_view = ""
-        """Name of the view that keys act on; empty without views."""
+        self.threshold = THRESHOLD_DEG  # error above which a limb counts as lost, in degrees
+        self.active_view = ""  # name of the view that keys act on; empty without views
         self.views: dict[str, View] = {}
         self.kinds: dict[str, PictureKind] = {}
         self.arrangement: Arrangement = "grid"
@@ -216,9 +213,6 @@ class ViewState:
         """Select a limb everywhere; the same again, or none, selects nothing."""
         self.change_display(highlighted="" if limb == self.display.highlighted else limb)
         self._tell(Part.SCENE)
-
-    def points_wanted(self) -> bool:
-        return self._scene_shows_points() or "points" in self.display.overlays
 
     def colour_points(self, kind: PointColour) -> None:
         self.point_colour = kind

@@ -133,8 +133,7 @@ class MainWindow(QMainWindow):
         self.status = StatusLine(self.statusBar(), context)
         self.help = Help(self, context)
         self._is_told_to_close = False
-        self.asks_before_quitting = True
-        """Whether it asks, where something would be lost."""
+        self.asks_before_quitting = True  # whether it asks, where something would be lost
         session.ask_first = self._ask_first
         context.docks.left.connect(self._show_welcome)
         watch = session.changes.watch

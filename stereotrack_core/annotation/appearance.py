@@ -10,11 +10,10 @@ from itertools import pairwise
 
 import numpy as np
 
-from stereotrack_core.annotation.accepting import pixel_scale
 from stereotrack_core.annotation.click import USUAL_SIGMA, Click, ClickKey
 from stereotrack_core.annotation.doubts import Doubt, angle_of_residual
 from stereotrack_core.annotation.follow import MOST_FRAMES, follow_points, pictures_of
-from stereotrack_core.annotation.predict import predicted_point
+from stereotrack_core.annotation.predict import pixel_scale, predicted_point
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.recording.description import Cameras, Recording
 from stereotrack_core.recording.reader import FrameReader

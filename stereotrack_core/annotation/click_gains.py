@@ -16,7 +16,7 @@ Limbs move smoothly, so a click also makes the frames around it surer: by a shar
 one to nothing at the landmark's next click, or `reach` frames away where there is none so near.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from enum import IntEnum
 
 import numpy as np
@@ -25,11 +25,10 @@ from numpy.typing import NDArray
 from stereotrack_core.annotation.click import GUESSED_FACTOR, USUAL_SIGMA, Click, Sigmas, sigma_of
 from stereotrack_core.annotation.fit.results import TrajectoryFit
 from stereotrack_core.annotation.landmark_set import LandmarkSet
-from stereotrack_core.annotation.predict import in_image
+from stereotrack_core.annotation.predict import hidden_landmarks, in_image
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.geometry.camera import Camera, pixel_jacobian
-from stereotrack_core.geometry.triangulation import segment_distance
 from stereotrack_core.recording.description import Cameras
 from stereotrack_core.recording.landmarks import LANDMARKS
 
@@ -135,44 +134,6 @@ def shares_around(row: int, clicked: BoolArray, reach: int) -> tuple[IntArray, F
     return rows, share
 
 
-_CAPSULES: tuple[tuple[tuple[str, ...], tuple[str, ...], float], ...] = (
-    (("left_hip",), ("left_shoulder",), 0.10),
-    (("right_hip",), ("right_shoulder",), 0.10),
-    (("left_hip", "right_hip"), ("left_shoulder", "right_shoulder"), 0.12),
-    (("left_shoulder", "right_shoulder"), ("head",), 0.07),
-    (("left_shoulder",), ("left_elbow",), 0.045),
-    (("right_shoulder",), ("right_elbow",), 0.045),
-    (("left_elbow",), ("left_hand",), 0.035),
-    (("right_elbow",), ("right_hand",), 0.035),
-)
-"""Ends (middles of landmarks) and radius in metres."""
-
-_AGAINST = 1.5  # radii before a landmark in which nothing hides it
-
-
-def hidden_landmarks(
-    nine: FloatArray, names: Sequence[str], points: FloatArray, places: FloatArray
-) -> BoolArray:
-    """Whether (F, C, n) the body stands between cameras and landmarks; False where not known.
-
-    The body is that of `nine` (F, 9, 3); asked for are n `names` at `points` (F, n, 3), from
-    optical centres at `places` (C, 3), world.
-    """
-    sight_from = np.broadcast_to(places[None, :, None], (len(nine), len(places), len(names), 3))
-    sight_to = np.broadcast_to(points[:, None], sight_from.shape)
-    towards = sight_from - sight_to
-    towards = towards / np.linalg.norm(towards, axis=-1, keepdims=True)
-    hidden: BoolArray = np.zeros(sight_from.shape[:-1], dtype=np.bool_)
-    for one, two, radius in _CAPSULES:
-        places_of = ([LANDMARKS.index(name) for name in end] for end in (one, two))
-        ends = [np.mean([nine[:, k] for k in own], axis=0)[:, None, None] for own in places_of]
-        # What lies against a capsule is not behind it.
-        apart = segment_distance(sight_from, sight_to + _AGAINST * radius * towards, *ends)
-        own = np.array([name in (*one, *two) for name in names])
-        hidden |= (apart < radius) & ~own
-    return hidden
-
-
 _ROWS_AT_ONCE = 256
 _LOST = 90.0  # degrees; a limb that may be off farther is not known at all
 
@@ -211,8 +172,6 @@ class ClickGains:
         *,
         sigma: Sigmas = USUAL_SIGMA,
     ) -> None:
-        if fit.names != landmark_set.names:
-            raise ValueError("the fit was made with another landmark set")
         self.names = tuple(cameras)
         self.frame = fit.frame
         self._cameras = tuple(cameras.values())

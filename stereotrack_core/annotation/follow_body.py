@@ -8,7 +8,6 @@ how they move is told.
 
 from __future__ import annotations
 
-from collections import defaultdict
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -19,7 +18,7 @@ from stereotrack_core.annotation.click import Click
 from stereotrack_core.annotation.fit.context import CLICKED_SHAPE, pose_at, standing, watched_place
 from stereotrack_core.annotation.follow import MOST_FRAMES, flow, pictures_of
 from stereotrack_core.annotation.landmark_set import NINE, LandmarkSet
-from stereotrack_core.annotation.predict import predicted_point
+from stereotrack_core.annotation.predict import predicted_points
 from stereotrack_core.arrays import BoolArray, FloatArray, ImageArray, IntArray
 from stereotrack_core.body.model import body_model, placed_cones
 from stereotrack_core.body.proportions import Proportions
@@ -42,15 +41,6 @@ _ARMS = {  # the landmarks at the ends of their parts
     FOREARMS[1]: ("right_elbow", "right_hand"),
 }
 _FEWEST = 3  # landmarks of the trunk, without which nobody knows how it stands
-
-
-def clicked_places(clicks: Iterable[Click], cameras: Cameras) -> dict[str, FloatArray]:
-    """Where the landmarks of a frame (3,) are that are clicked in two images."""
-    by_name: dict[str, list[Click]] = defaultdict(list)
-    for click in clicks:
-        by_name[click.landmark].append(click)
-    points = {name: predicted_point(cameras, own) for name, own in by_name.items()}
-    return {name: point.world for name, point in points.items() if point is not None}
 
 
 @dataclass(frozen=True, eq=False)
@@ -223,7 +213,7 @@ def follow_body(
     if not 0 < abs(frame - start) <= MOST_FRAMES:
         return None
     cameras = body.cameras
-    places = clicked_places([click for click in clicks if click.frame == start], cameras)
+    places = _places_at(start, clicks, cameras)
     surface = ClickedSurface.of(clicks, start, places, cameras, body.proportions)
     if surface is None:
         return None
@@ -245,6 +235,11 @@ def follow_body(
     return _step(parts, _doubt(parts, surface, seen), surface, (start, frame), body.landmarks)
 
 
+def _places_at(frame: int, clicks: Iterable[Click], cameras: Cameras) -> dict[str, FloatArray]:
+    points = predicted_points(cameras, (one for one in clicks if one.frame == frame))
+    return {name: point.world for name, point in points.items()}
+
+
 def _going_on(
     clicks: Sequence[Click], start: int, end: int, known: Mapping[str, FloatArray], cameras: Cameras
 ) -> dict[str, FloatArray]:
@@ -254,7 +249,7 @@ def _going_on(
     before = min(earlier, key=lambda one: abs(one - start), default=start)
     if not 0 < abs(before - start) <= MOST_FRAMES:
         return {}
-    there = clicked_places([one for one in clicks if one.frame == before], cameras)
+    there = _places_at(before, clicks, cameras)
     share = _GOING_ON * abs(end - start) / abs(start - before)
     return {n: share * (known[n] - there[n]) for n in known.keys() & there.keys()}
 

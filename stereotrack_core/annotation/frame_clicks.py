@@ -14,7 +14,7 @@ from stereotrack_core.annotation.fit.fit import ClickFit
 from stereotrack_core.annotation.fit.results import FrameFit
 from stereotrack_core.annotation.fit.state import FitSettings
 from stereotrack_core.annotation.landmark_set import LandmarkSet
-from stereotrack_core.annotation.predict import PredictedPoint, epipolar_curve, predicted_point
+from stereotrack_core.annotation.predict import PredictedPoint, epipolar_curve, predicted_points
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.mesh import PartMesh, body_mesh
@@ -82,17 +82,13 @@ class ClickHints:
 def hints_of(question: HintQuestion) -> ClickHints:
     """Everything that the clicks of one frame say about each other."""
     clicks = [one for one in question.clicks if one.camera in question.cameras]
-    by_landmark: dict[str, list[Click]] = {}
-    for click in clicks:
-        by_landmark.setdefault(click.landmark, []).append(click)
     wanted = {*question.shown, *(click.camera for click in clicks)}
     cameras = {name: camera for name, camera in question.cameras.items() if name in wanted}
-    told = {n: predicted_point(cameras, o, sigma=question.sigmas) for n, o in by_landmark.items()}
-    points = {name: point for name, point in told.items() if point is not None}
+    points = predicted_points(cameras, clicks, sigma=question.sigmas)
     return ClickHints(
         question,
         points,
-        _curves(question, by_landmark.get(question.landmark, [])),
+        _curves(question, [one for one in clicks if one.landmark == question.landmark]),
         find_swaps(clicks, question.cameras, question.landmark_set.pairs()),
         bone_lengths(points, question.proportions),
     )

@@ -4,7 +4,7 @@ One Gaussian holds, for all landmarks, place and velocity in the world and, for 
 a person's clicks lie from where the calibration puts the place. Clicked frames are taken in one
 after the other by an iterated extended Kalman filter (Bar-Shalom, Li and Kirubarajan, Estimation
 with Applications to Tracking and Navigation, 10.5). Velocities fade, and random accelerations come
-in, whose size is learned; what a run or a fit says of the motion replaces them.
+in, whose size is learned.
 
 Where the body was followed through the images, the difference of the places is measured (stochastic
 cloning: Roumeliotis and Burdick, ICRA 2002). Predictions from both sides are fused.
@@ -17,10 +17,9 @@ from math import sqrt
 
 import numpy as np
 
-from stereotrack_core.annotation.accepting import pixel_scale
 from stereotrack_core.annotation.click import USUAL_SIGMA, Click, Prediction, sigma_of
 from stereotrack_core.annotation.follow_body import BodyStep
-from stereotrack_core.annotation.predict import predicted_point
+from stereotrack_core.annotation.predict import pixel_scale, predicted_points
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
 from stereotrack_core.geometry.camera import pixel_jacobian
 from stereotrack_core.recording.description import Cameras
@@ -62,7 +61,6 @@ class ProposalQuestion:
     names: tuple[str, ...]  # of the landmarks
     fps: float
     sigmas: Mapping[str, float] = field(default_factory=dict)  # of clicks, pixels
-    motion: Mapping[int, FloatArray] = field(default_factory=dict)  # (n, 3), of a run or fit
     steps: tuple[BodyStep, ...] = ()  # how the body was seen to move from clicked frames to others
     wanted_mm: float = WANTED_MM  # accuracy of the landmarks up to which clicks are asked for
 
@@ -219,11 +217,10 @@ class LandmarkFilter:
         rig = self._rig
         mean = np.zeros((len(rig.names), rig.size))
         mean[:, :3] = np.nan
+        points = predicted_points(self._question.cameras, clicks, sigma=rig.sigmas)
         for place, name in enumerate(rig.names):
-            own = [click for click in clicks if click.landmark == name]
-            point = predicted_point(self._question.cameras, own, sigma=rig.sigmas)
-            if point is not None:
-                mean[place, :3] = point.world
+            if name in points:
+                mean[place, :3] = points[name].world
         if np.isnan(mean[:, 0]).all():
             return None
         beside = self._beside(mean[:, :3], clicks)
@@ -251,19 +248,10 @@ class LandmarkFilter:
         self, state: Gaussian, start: int, end: int, acceleration: FloatArray, slack: FloatArray
     ) -> Gaussian:
         seconds = (end - start) / self._question.fps
-        motion, shift = self._question.motion, np.full((len(state.mean), 3), np.nan)
-        if start in motion and end in motion:
-            shift = motion[end] - motion[start]
-        told = np.isfinite(shift).all(axis=1)
         steps = min(max(round(abs(seconds) / _STEP), 1), _MOST_STEPS)
         moved = state
-        for step in range(steps):  # what a run tells does not grow worse with time
-            pushed = np.where(told & (step > 0), 0.0, acceleration)
-            moved = self._pushed(moved, seconds / steps, pushed)
-        mean = moved.mean.copy()
-        mean[told, :3] = state.mean[told, :3] + shift[told]
-        mean[told, 3:6] = shift[told] / seconds
-        moved = Gaussian(mean, moved.covariance)
+        for _ in range(steps):
+            moved = self._pushed(moved, seconds / steps, acceleration)
         if (seen := self._steps.get((start, end))) is not None:
             whole = np.linalg.matrix_power(self._transition(seconds / steps), steps)
             moved = _stepped(state, moved, whole, seen, slack)

@@ -110,12 +110,10 @@ class StopSign:
 
 
 def good_enough(limb_sigma_deg: FloatArray, wanted_deg: float, clicked: int = 0) -> StopSign:
-    """Count what misses the wanted accuracy. Raises ValueError if that is not positive.
+    """Count what misses the wanted accuracy.
 
     `limb_sigma_deg` (F, 6), NaN where nothing is known, without gaps; so many frames are `clicked`.
     """
-    if not wanted_deg > 0:
-        raise ValueError(f"{wanted_deg} deg is not a valid target")
     sigma = limb_sigma_deg[:, [LIMBS.index(limb) for limb in SCORED]]
     missing = ~(sigma <= wanted_deg)
     unknown = int((~(sigma <= max(UNKNOWN_DEG, wanted_deg))).any(axis=1).sum())

@@ -10,11 +10,23 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stereotrack_core.annotation.click import USUAL_SIGMA, Click, Prediction, Sigmas, sigma_of
+from stereotrack_core.annotation.click import (
+    USUAL_SIGMA,
+    Click,
+    Prediction,
+    Sigmas,
+    Visibility,
+    sigma_of,
+)
 from stereotrack_core.arrays import BoolArray, FloatArray
 from stereotrack_core.depth.points import Volume
 from stereotrack_core.geometry.camera import Camera, nearest_on_ray, pixel_jacobian
-from stereotrack_core.geometry.triangulation import Sightings, nearest_to_rays, point_of_sightings
+from stereotrack_core.geometry.triangulation import (
+    Sightings,
+    nearest_to_rays,
+    point_of_sightings,
+    segment_distance,
+)
 from stereotrack_core.recording.description import Cameras
 from stereotrack_core.recording.landmarks import LANDMARKS
 
@@ -92,6 +104,14 @@ def in_image(camera: Camera, pixels: FloatArray) -> BoolArray:
     return np.asarray((low & high).all(axis=-1))
 
 
+_LINES = 480.0
+
+
+def pixel_scale(camera: Camera) -> float:
+    """Factor from pixels at 480 lines to those of a camera; at least 1."""
+    return max(1.0, min(camera.width, camera.height) / _LINES)
+
+
 @dataclass(frozen=True, eq=False)
 class PredictedPoint:
     """A landmark at one frame, from the clicks of it."""
@@ -114,15 +134,20 @@ class PredictedPoint:
 
 def clicked_landmarks(cameras: Cameras, clicks: Iterable[Click]) -> FloatArray:
     """Landmarks (9, 3) of a frame, world, as its clicks place them; NaN where they do not."""
+    found = predicted_points(cameras, clicks)
+    unknown = np.full(3, np.nan)
+    return np.array([found[n].world if n in found else unknown for n in LANDMARKS])
+
+
+def predicted_points(
+    cameras: Cameras, clicks: Iterable[Click], *, sigma: Sigmas = USUAL_SIGMA
+) -> dict[str, PredictedPoint]:
+    """Points of all landmarks of a frame that its clicks place; see :func:`predicted_point`."""
     named: dict[str, list[Click]] = {}
     for click in clicks:
         named.setdefault(click.landmark, []).append(click)
-    points = np.full((len(LANDMARKS), 3), np.nan)
-    for k, name in enumerate(LANDMARKS):
-        found = predicted_point(cameras, named.get(name, ()))
-        if found is not None:
-            points[k] = found.world
-    return points
+    points = {name: predicted_point(cameras, own, sigma=sigma) for name, own in named.items()}
+    return {name: point for name, point in points.items() if point is not None}
 
 
 def predicted_point(
@@ -131,12 +156,10 @@ def predicted_point(
     """The point of one landmark at one frame, and how far every click is from what others say.
 
     None with clicks in fewer than two places, or where their rays do not meet in front of the
-    cameras. Raises ValueError where the clicks are of several landmarks or frames.
+    cameras.
     """
     placed = (one for one in clicks if not one.deleted and one.position is not None)
     there = {one.camera: one for one in placed if one.camera in cameras}
-    if len({(click.frame, click.landmark) for click in there.values()}) > 1:
-        raise ValueError("the clicks are of several landmarks or frames")
     # a person's own tell where the point is; all of them where those are too few
     used = {name: click for name, click in there.items() if not click.accepted}
     used = used if len(used) >= 2 else there
@@ -196,6 +219,44 @@ def _place(click: Click) -> FloatArray:
     return np.array(click.position, dtype=np.float64)
 
 
+_CAPSULES: tuple[tuple[tuple[str, ...], tuple[str, ...], float], ...] = (
+    (("left_hip",), ("left_shoulder",), 0.10),
+    (("right_hip",), ("right_shoulder",), 0.10),
+    (("left_hip", "right_hip"), ("left_shoulder", "right_shoulder"), 0.12),
+    (("left_shoulder", "right_shoulder"), ("head",), 0.07),
+    (("left_shoulder",), ("left_elbow",), 0.045),
+    (("right_shoulder",), ("right_elbow",), 0.045),
+    (("left_elbow",), ("left_hand",), 0.035),
+    (("right_elbow",), ("right_hand",), 0.035),
+)
+"""Ends (middles of landmarks) and radius in metres."""
+
+_AGAINST = 1.5  # radii before a landmark in which nothing hides it
+
+
+def hidden_landmarks(
+    nine: FloatArray, names: Sequence[str], points: FloatArray, places: FloatArray
+) -> BoolArray:
+    """Whether (F, C, n) the body stands between cameras and landmarks; False where not known.
+
+    The body is that of `nine` (F, 9, 3); asked for are n `names` at `points` (F, n, 3), from
+    optical centres at `places` (C, 3), world.
+    """
+    sight_from = np.broadcast_to(places[None, :, None], (len(nine), len(places), len(names), 3))
+    sight_to = np.broadcast_to(points[:, None], sight_from.shape)
+    towards = sight_from - sight_to
+    towards = towards / np.linalg.norm(towards, axis=-1, keepdims=True)
+    hidden: BoolArray = np.zeros(sight_from.shape[:-1], dtype=np.bool_)
+    for one, two, radius in _CAPSULES:
+        places_of = ([LANDMARKS.index(name) for name in end] for end in (one, two))
+        ends = [np.mean([nine[:, k] for k in own], axis=0)[:, None, None] for own in places_of]
+        # What lies against a capsule is not behind it.
+        apart = segment_distance(sight_from, sight_to + _AGAINST * radius * towards, *ends)
+        own = np.array([name in (*one, *two) for name in names])
+        hidden |= (apart < radius) & ~own
+    return hidden
+
+
 def projected_landmarks(
     frames: Sequence[int],
     names: Sequence[str],
@@ -204,8 +265,16 @@ def projected_landmarks(
     cameras: Cameras,
     source: str,
 ) -> Iterator[Prediction]:
-    """Points (F, n, 3) with covariances (F, n, 3, 3) in all images that show them."""
-    for name, camera in cameras.items():
+    """Points (F, n, 3) with covariances (F, n, 3, 3) in all images that show them.
+
+    Where all nine landmarks are among them, those that the body hides are guessed.
+    """
+    hidden = np.zeros((len(points), len(cameras), len(names)), dtype=np.bool_)
+    if set(LANDMARKS) <= set(names) and cameras:
+        nine = points[:, [names.index(name) for name in LANDMARKS]]
+        origins = np.array([camera.position_world for camera in cameras.values()])
+        hidden = hidden_landmarks(nine, names, points, origins)
+    for view, (name, camera) in enumerate(cameras.items()):
         pixels = camera.project(points)
         jacobian = pixel_jacobian(camera, points)
         spread = jacobian @ covariance @ np.swapaxes(jacobian, -1, -2)
@@ -213,5 +282,6 @@ def projected_landmarks(
         for row, place in np.argwhere(in_image(camera, pixels)):
             x, y = pixels[row, place].tolist()
             own = float(sigma[row, place])
+            seen = Visibility.GUESSED if hidden[row, view, place] else Visibility.SEEN
             sure = own if own > 0 else None
-            yield Prediction(frames[row], name, names[place], source, (x, y), sure)
+            yield Prediction(frames[row], name, names[place], source, (x, y), sure, seen)

@@ -3,17 +3,20 @@
 What the clicked frames around let expect is corrected by points that were followed in the images,
 and by the clicks of the frame itself. Clicks are asked for until the landmarks are known to the
 wanted accuracy, each where it tells most: an accepted error is accepted in all images.
+
+A prediction is accepted if its standard deviation is within a limit. It is seen as the landmark's
+nearest clicks before and after it in the same camera; without any, what the body hides is guessed.
 """
 
-from collections.abc import Sequence
+from bisect import bisect_left
+from collections import defaultdict
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from math import inf, isfinite, nan
 
 import numpy as np
 
-from stereotrack_core.annotation.accepting import ACCEPTED_SIGMA, NearestClicks, is_certain
-from stereotrack_core.annotation.click import USUAL_SIGMA, ClickKey, Prediction, Visibility
-from stereotrack_core.annotation.click_gains import hidden_landmarks
+from stereotrack_core.annotation.click import USUAL_SIGMA, Click, ClickKey, Prediction, Visibility
 from stereotrack_core.annotation.follow import FOLLOWING
 from stereotrack_core.annotation.follow_body import told_by
 from stereotrack_core.annotation.landmark_filter import (
@@ -24,16 +27,89 @@ from stereotrack_core.annotation.landmark_filter import (
     Rig,
     updated,
 )
-from stereotrack_core.annotation.predict import in_image
+from stereotrack_core.annotation.predict import hidden_landmarks, in_image, pixel_scale
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.counting import counted
 from stereotrack_core.recording.description import Cameras
 from stereotrack_core.recording.landmarks import LANDMARKS
 
+ACCEPTED_SIGMA = 5.0
+"""Largest standard deviation of an accepted prediction, pixels per axis at 480 lines.
+
+A click has 3 px. Landmarks followed from one frame to the next are known to 1.5 to 2 px, landmarks
+clicked in two other views to 3 px if these do not face each other. Hands of arms that were raised
+within half a second are stated to 5 to 30 px, and are 6 to 50 px off.
+"""
+
 PROPOSED = "proposed"  # source of proposals
 _UNKNOWN_MM = 300.0  # error from which on no number is stated
 _TELLS = 0.01  # share of the variances that a click takes away, if it is to be asked for
 _FARTHEST = 120.0  # pixels at 480 lines; what is less certain than that is no proposal
+
+
+class NearestClicks:
+    """The clicks of each landmark in each camera, to look up those around a frame."""
+
+    def __init__(self, clicks: Iterable[Click]) -> None:
+        self._clicks: dict[tuple[str, str], list[tuple[int, Visibility]]] = defaultdict(list)
+        for click in sorted(clicks, key=lambda one: one.frame):
+            if not click.deleted:
+                own = click.frame, click.visibility
+                self._clicks[click.camera, click.landmark].append(own)
+
+    def visibility(
+        self, key: ClickKey, otherwise: Visibility = Visibility.SEEN
+    ) -> Visibility | None:
+        """The less visible of the clicks around a frame; None if just one is outside the image."""
+        own = self._clicks.get((key.camera, key.landmark), [])
+        first = bisect_left(own, (key.frame, Visibility.OUTSIDE))
+        end = bisect_left(own, (key.frame + 1, Visibility.OUTSIDE))
+        near = {seen for _, seen in (*own[max(first - 1, 0) : first], *own[end : end + 1])}
+        if Visibility.OUTSIDE in near and len(near) > 1:
+            return None
+        return min(near, default=otherwise)
+
+
+@dataclass(frozen=True)
+class Acceptance:
+    """Predictions that become clicks, and how many stay open."""
+
+    predictions: tuple[Prediction, ...]  # with their visibilities
+    left_open: int
+    limit: float  # pixels per axis at 480 lines
+
+    def words(self) -> str:
+        """Sentence on the points that stay open, and why; empty if there are none."""
+        if not self.left_open:
+            return ""
+        points, verb = counted(self.left_open, "point"), "stays" if self.left_open == 1 else "stay"
+        limit = f"{self.limit:.3g} px at 480 lines"
+        return f"{points} less certain than {limit} {verb} open. Click or drag them."
+
+
+def is_certain(prediction: Prediction, cameras: Cameras, limit: float) -> bool:
+    """Whether a prediction is within a limit of sigma, pixels per axis at 480 lines."""
+    camera = cameras.get(prediction.camera)
+    scale = 1.0 if camera is None else pixel_scale(camera)
+    return prediction.sigma is not None and prediction.sigma <= limit * scale
+
+
+def acceptable(
+    predictions: Sequence[Prediction],
+    clicks: Iterable[Click],
+    cameras: Cameras,
+    limit: float = ACCEPTED_SIGMA,
+) -> Acceptance:
+    """Predictions within a limit of sigma, seen as in the nearest of the clicks around.
+
+    Left open is also what is outside the image in one of the nearest clicked frames alone.
+    """
+    near, taken = NearestClicks(clicks), []
+    for one in predictions:
+        visibility = near.visibility(one.key, one.visibility)
+        if visibility is not None and is_certain(one, cameras, limit):
+            taken.append(replace(one, visibility=visibility))
+    return Acceptance(tuple(taken), len(predictions) - len(taken), limit)
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,9 +187,9 @@ class Proposer:
 
 def _same_around(one: ProposalQuestion, two: ProposalQuestion) -> bool:
     """Whether all is the same but what is known of the frame itself."""
-    same = all(getattr(one, name) is getattr(two, name) for name in ("cameras", "motion"))
     equal = ("frame", "around", "names", "fps", "sigmas", "steps")
-    return same and all(getattr(one, name) == getattr(two, name) for name in equal)
+    same = all(getattr(one, name) == getattr(two, name) for name in equal)
+    return same and one.cameras is two.cameras
 
 
 def _behind_body(state: Gaussian, rig: Rig, question: ProposalQuestion) -> set[ClickKey]:

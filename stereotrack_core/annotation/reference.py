@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
 from collections.abc import Collection, Iterable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 from zlib import crc32
 
@@ -186,7 +186,7 @@ class Reference:
         count, unknown = int((~kept).sum()), int((~places).sum())
         if not count:
             return ""
-        limit = f"standard deviation above {1000.0 * max_sigma:g} mm"
+        limit = f"with a standard deviation above {1000.0 * max_sigma:g} mm"
         reasons = [f"{count - unknown} {limit}"] * (count > unknown)
         reasons += [f"{unknown} unknown"] * bool(unknown)
         return (
@@ -263,7 +263,7 @@ def origin_of(
         "fps": recording.fps,
         "clicks": clicks,
         "click_sigma_px": sigma,
-        "settings": settings.values(),
+        "settings": asdict(settings),
     }
 
 

@@ -89,12 +89,9 @@ def from_floor(points: FloatArray, cameras: Sequence[Camera], north: Camera) -> 
     known = points[np.isfinite(points).all(axis=1)]
     plane = _floor(known, cameras)
     if plane is None:
-        raise InputError(
-            "no floor was found in the depth images",
-            "--floor",
-            "Use a frame in which much of the floor is seen, and has texture; or lay the "
-            "board on it.",
-        )
+        textured = "Use a frame in which much of the floor is seen, and has texture"
+        remedy = f"{textured}; or lay the board on it."
+        raise InputError("no floor was found in the depth images", "--floor", remedy)
     up, height, on_floor = plane
     spread = float(np.std(known[on_floor] @ up - height))
     centre = _common_gaze(cameras)
@@ -190,12 +187,9 @@ def from_points(
     up = np.cross(along, floor - origin)
     apart = float(np.linalg.norm(up) / max(float(np.linalg.norm(along)), 1e-9))
     if not (np.linalg.norm(along) > _LEAST_POINT_M and apart > _LEAST_POINT_M):
-        raise InputError(
-            "the three points lie nearly on a line",
-            "--points",
-            "Choose a third point of the floor beside the line from origin to north, at "
-            "least half a metre away.",
-        )
+        third = "a third point of the floor beside the line from origin to north"
+        remedy = f"Choose {third}, at least half a metre away."
+        raise InputError("the three points lie nearly on a line", "--points", remedy)
     up = up * np.sign(up @ (above - origin))
     return Alignment(world_of_axes(up, along, origin), "points", 3, float("nan"))
 

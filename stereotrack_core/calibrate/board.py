@@ -78,21 +78,15 @@ def charuco(text: str, square: float) -> Board:
     """The board of ``--charuco 5x7:4X4_50:0.018``, which counts squares. Raises InputError."""
     parts = text.split(":")
     if len(parts) != 3:
-        raise InputError(
-            f"{text!r} is not a ChArUco board",
-            "--charuco",
-            "Write columns and rows of squares, dictionary and marker side in metres, "
-            "as 5x7:4X4_50:0.018.",
-        )
+        named = "columns and rows of squares, dictionary and marker side in metres"
+        remedy = f"Write {named}, as 5x7:4X4_50:0.018."
+        raise InputError(f"{text!r} is not a ChArUco board", "--charuco", remedy)
     inner = _counts(parts[0], "--charuco", "5x7, which counts squares", squares=1)
     dictionary = parts[1].upper().removeprefix("DICT_")
     if dictionary not in DICTIONARIES:
-        raise InputError(
-            f"unknown dictionary {parts[1]!r}",
-            "--charuco",
-            f"{did_you_mean(dictionary, DICTIONARIES)}Names are those of OpenCV, such as "
-            "4X4_50 or APRILTAG_36H11.",
-        )
+        names = "Names are those of OpenCV, such as 4X4_50 or APRILTAG_36H11."
+        remedy = f"{did_you_mean(dictionary, DICTIONARIES)}{names}"
+        raise InputError(f"unknown dictionary {parts[1]!r}", "--charuco", remedy)
     side = _square(square)
     try:
         marker = float(parts[2])
@@ -122,11 +116,8 @@ def _counts(text: str, where: str, example: str, squares: int = 0) -> tuple[int,
 def _square(square: float) -> float:
     if not _SQUARE_M[0] <= square <= _SQUARE_M[1]:
         millimetres = np.isfinite(square) and _SQUARE_M[0] <= square / 1000 <= _SQUARE_M[1]
-        raise InputError(
-            f"a square of {square:g} m cannot be meant",
-            "--square",
-            f"Give metres: {square / 1000:g} for {square:g} mm."
-            if millimetres
-            else "Measure the side of a square over the whole board and give it in metres.",
-        )
+        remedy = "Measure the side of a square over the whole board and give it in metres."
+        if millimetres:
+            remedy = f"Give metres: {square / 1000:g} for {square:g} mm."
+        raise InputError(f"a square of {square:g} m cannot be meant", "--square", remedy)
     return square

@@ -284,12 +284,11 @@ def check_count(sightings: Sightings) -> None:
     if len(sightings) < _LEAST_VIEWS:
         found = counted(len(sightings), "picture") if len(sightings) else "none"
         searched = max(sightings.searched, len(sightings))
-        raise InputError(
-            f"the board was found in {found} of {searched}, and at least {_LEAST_VIEWS} are needed",
-            f"camera {sightings.camera}",
-            "Check the size of the board. Film it again in 15 to 30 positions, whole, "
-            "sharp and evenly lit, with a white margin around it.",
-        )
+        what = f"the board was found in {found} of {searched}"
+        film = "in 15 to 30 positions, whole, sharp and evenly lit, with a white margin around it"
+        remedy = f"Check the size of the board. Film it again {film}."
+        where = f"camera {sightings.camera}"
+        raise InputError(f"{what}, and at least {_LEAST_VIEWS} are needed", where, remedy)
 
 
 def _spread_views(sightings: Sightings) -> Sightings:

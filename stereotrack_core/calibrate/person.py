@@ -161,7 +161,7 @@ def calibrate_from_person(
         raise InputError(what.replace("_", " "), remedy="Click both, or choose other landmarks.")
     turn, shift = _sigmas(best, length, finds_focal=not share)
     used = int(np.isfinite(seen.pixels[..., 0]).sum())
-    _refuse(best.bundle.rms * 480.0 / min(seen.sizes[0]), turn, shift, used)
+    _refuse(best.bundle.rms * 480.0 / min(seen.sizes[0]), turn, shift, used, finds_focal=not share)
     cameras = _upright(best, tuple(sizes), best.metres(length))
     return PersonCalibration(cameras, best.bundle.rms, used, turn, shift)
 
@@ -313,7 +313,7 @@ def _apart(one: _Adjusted, two: _Adjusted, length: KnownLength) -> FloatArray:
     return np.array([np.sqrt(np.mean(np.square(off))) / 2.0 for off in (turn, shift)])
 
 
-def _refuse(rms: float, turn: float, shift: float, clicks: int) -> None:
+def _refuse(rms: float, turn: float, shift: float, clicks: int, *, finds_focal: bool) -> None:
     """Raise InputError where the clicks do not make a calibration; `rms` at 480 lines."""
     if rms > _MOST_RMS:
         raise InputError(
@@ -326,10 +326,11 @@ def _refuse(rms: float, turn: float, shift: float, clicks: int) -> None:
         more = (
             f"About {clicks * (worst**2 - 1.0):.0f} more clicks" if worst < 5.0 else "More clicks"
         )
+        focal = "; or give the focal length" if finds_focal else ""
         raise InputError(
             f"{clicks} clicks tell the cameras within {turn:.1f}° and {100.0 * shift:.1f} % only",
             remedy=f"{more} are needed for {_MOST_TURN_DEG:g}° and {100.0 * _MOST_SHIFT:g} %, "
-            "best where the person stands elsewhere or reaches far; or give the focal length.",
+            f"best where the person stands elsewhere or reaches far{focal}.",
         )
 
 

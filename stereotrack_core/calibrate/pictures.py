@@ -184,12 +184,10 @@ def check_same_length(sources: Sequence[Pictures]) -> int:
     counts = {one.camera: one.count() for one in sources}
     if all(one.files for one in sources) and len(set(counts.values())) > 1:
         words = ", ".join(f"{name} {count}" for name, count in counts.items())
-        raise InputError(
-            f"the cameras have different numbers of pictures ({words})",
-            "pictures",
-            "Picture k of all cameras must show the same instant: remove those that the "
-            "other cameras do not have.",
-        )
+        what = f"the cameras have different numbers of pictures ({words})"
+        same = "Picture k of all cameras must show the same instant"
+        remedy = f"{same}: remove those that the other cameras do not have."
+        raise InputError(what, "pictures", remedy)
     return min(counts.values(), default=0)
 
 

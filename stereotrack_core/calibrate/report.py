@@ -17,6 +17,7 @@ from stereotrack_core.calibrate.world_checks import distances
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import Finding, InputError
 from stereotrack_core.geometry.camera import Camera
+from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.recording.description import Cameras
 from stereotrack_core.tables import Table, number
 
@@ -215,6 +216,7 @@ Grade: TypeAlias = Literal["good", "doubtful", "bad"]
 
 _GOOD_PX, _POOR_PX = 0.4, 1.0  # held-out error of sharp pictures; of pictures that are not
 _UNEVEN_M = 0.015  # standard deviation of what an alignment rests on
+_BELOW_M = 0.1  # depth below the floor from which a board cannot have been above it
 _FEW_FOUND = 0.5  # share of the pictures in which the board should be found
 
 
@@ -235,8 +237,10 @@ def of_error(error: InputError) -> Verdict:
     return Verdict("bad", f"{begin}: {where}{error.what}.", (error.remedy,))
 
 
-def of_alignment(found: Alignment, cameras: Cameras) -> Verdict:
-    """Whether a world can be turned so; `cameras` as they stand in the new one."""
+def of_alignment(
+    found: Alignment, cameras: Cameras, boards: Sequence[RigidTransform] = ()
+) -> Verdict:
+    """Whether a world can be turned so; `cameras` and `boards` as they stand in the new one."""
     many = (
         f"up is tilted by {found.tilt_deg:.1f} degrees, north turned by "
         f"{abs(found.heading_deg):.1f} degrees, and the origin moved by {found.moved_m:.2f} m"
@@ -247,12 +251,15 @@ def of_alignment(found: Alignment, cameras: Cameras) -> Verdict:
     if height < 0.0 and found.source != "cameras":
         what = f"{low.name} stands {-height:.2f} m below the floor"
         remarks.append(f"{what}: what shows the floor is wrong.")
+    below = sum(board.translation[2] < -_BELOW_M for board in boards)
+    if below:
+        what = f"{counted(below, 'position')} of the board lie below this floor"
+        remarks.append(f"{what}. Choose the one in which the board lies on the floor.")
     if found.source in ("floor", "cameras") and found.spread_m > _UNEVEN_M:
         off = f"What it rests on is off by {1000 * found.spread_m:.0f} mm in the mean"
-        remarks.append(f"{off}. Another frame may show it better.")
-    if remarks or found.source not in _EXACT:
-        return _doubted(many, remarks)
-    return Verdict("good", f"Good: {many}.", (_EXACT[found.source],))
+        other = " Another frame may show it better." if found.source == "floor" else ""
+        remarks.append(f"{off}.{other}")
+    return _doubted(many, remarks)
 
 
 def _doubted(many: str, remarks: Sequence[str], poor: bool = False) -> Verdict:
@@ -260,13 +267,6 @@ def _doubted(many: str, remarks: Sequence[str], poor: bool = False) -> Verdict:
     if remarks or poor:
         return Verdict("doubtful", f"Usable, with doubts: {many}.", tuple(remarks))
     return Verdict("good", f"Good: {many}.")
-
-
-_EXACT = {
-    "person": "Up is as exact as the person is upright, and the floor's height to about 5 cm.",
-    "points": "Three points leave no check. Compare the cameras' heights with a tape measure.",
-}
-"""Accuracy of an alignment by its source, in words."""
 
 
 def of_no_alignment(error: InputError) -> Verdict:

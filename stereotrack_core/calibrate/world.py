@@ -125,12 +125,9 @@ def _lens(sightings: Sightings, board: Board, model: str, given: Cameras) -> Int
         return calibrate_intrinsics(sightings, board, model=model, alone=False)
     where = f"camera {sightings.camera}"
     if (camera.width, camera.height) != sightings.size:
-        raise InputError(
-            f"its lens was calibrated for {camera.width}x{camera.height}, the pictures are "
-            f"{sightings.size[0]}x{sightings.size[1]}",
-            where,
-            "Use the same picture size, or calibrate the lens again.",
-        )
+        shown = f"the pictures are {sightings.size[0]}x{sightings.size[1]}"
+        what = f"its lens was calibrated for {camera.width}x{camera.height}, {shown}"
+        raise InputError(what, where, "Use the same picture size, or calibrate the lens again.")
     lens = lens_of(camera)
     if lens is None:
         what = f"its lens has {camera.distortions.size} distortion coefficients"

@@ -80,13 +80,7 @@ def run(args: Namespace) -> int:
 def detected_in_views(
     recording: Recording, asked: str | None, views: Sequence[str] | None
 ) -> Keypoints:
-    """Keypoints by the installed detector, with progress.
-
-    Parameters
-    ----------
-    asked : str, optional
-        Frames as the command line states them.
-    """
+    """Keypoints by the installed detector, with progress, in frames as options state them."""
     frames = frames_within(asked, frame_count(recording, views))
     pictures = reference_pictures(recording)
     with progress("Detecting", len(frames)) as show, FrameReader(pictures, views=views) as reader:

@@ -22,9 +22,12 @@ from stereotrack_core.evaluation.accuracy import (
     stated_means,
 )
 from stereotrack_core.evaluation.failure_segments import segment
-from stereotrack_core.evaluation.failure_segments.find import FailureSearch, find_failures
+from stereotrack_core.evaluation.failure_segments.find import (
+    FailureSearch,
+    find_failures,
+    with_reasons,
+)
 from stereotrack_core.evaluation.failure_segments.reasons import reasons_words
-from stereotrack_core.evaluation.failure_segments.retraced import with_reasons
 from stereotrack_core.evaluation.summary import none_of_the_frames
 from stereotrack_core.interop.landmark_file import Stated
 from stereotrack_core.parameters import parsed_settings

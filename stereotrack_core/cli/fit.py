@@ -23,7 +23,6 @@ from stereotrack_core.counting import counted, spread_words
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera_agreement import Disagreement
 from stereotrack_core.interop.run_file import read_run
-from stereotrack_core.parameters import parsed_settings
 from stereotrack_core.project.exporting import export_reference, format_of_file
 from stereotrack_core.recording.description import Recording, write_subject
 from stereotrack_core.recording.folder import open_recording
@@ -116,7 +115,7 @@ _LISTED = 20  # probable outliers that are listed one by one
         "the project has measured)",
         type=options.positive,
     ),
-    options.changes("change one parameter of the fit"),
+    options.flag("--without-depth", "fit to the clicks alone where the recording has depth"),
 )
 def run(args: Namespace) -> int:
     """Fit the body to clicked landmarks with a forward and a backward pass over the frames,
@@ -127,7 +126,7 @@ def run(args: Namespace) -> int:
     options.check_suffix(args.output, *((".toml",) if args.personalise else (".csv", ".npz")))
     recording = open_recording(args.recording)
     check_calibrated(recording)
-    settings = FitSettings().replaced(**parsed_settings(args.changes))
+    settings = FitSettings(use_depth=not args.without_depth)
     views = views_of(recording, args.views)
     count = frame_count(recording, views)
     frames = frames_within(args.frames, count)

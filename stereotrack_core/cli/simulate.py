@@ -6,7 +6,7 @@ from stereotrack_core.cli import options
 from stereotrack_core.cli.output import OK, put_facts, watched
 from stereotrack_core.parameters import parsed_settings
 from stereotrack_core.simulation.make import Simulation, simulate
-from stereotrack_core.simulation.rig import SceneOptions, kinds_text, parsed_disturbances
+from stereotrack_core.simulation.rig import SceneOptions
 
 
 @options.command(
@@ -21,24 +21,16 @@ from stereotrack_core.simulation.rig import SceneOptions, kinds_text, parsed_dis
     options.option("--frames N", "number of frames (default: 120)", type=int, default=120),
     options.option("--views NS", "view names without separator (default: NOSW)", default="NOSW"),
     options.SEED,
-    options.option(
-        "--disturb KIND,KIND=STRENGTH",
-        "what disturbs the pictures, for example exposure=0.3,shadow (default: nothing); the "
-        f"kinds, each with the strength that it has if none is given: {kinds_text()}",
-        default="",
-    ),
-    options.changes("change a scene parameter, for example clothes=plain"),
+    options.changes("change a scene parameter, for example clothes=plain or shadow=0.3"),
 )
 def run(args: Namespace) -> int:
-    """Render a recording of a simulated person in stereo views, or in depth views with --set
-    kind=depth. The true landmarks are its reference, the named motions its segments.
+    """Render a recording of a simulated person in stereo views. The true landmarks are its
+    reference, the named motions its segments.
     """
     facts = {name: getattr(args, name) for name in ("person", "motion", "frames", "views", "seed")}
     scene = SceneOptions().replaced(**parsed_settings(args.changes))
-    disturbances = parsed_disturbances(args.disturb)
-    simulation = Simulation(**facts, options=scene, disturbances=disturbances)
     with watched("Rendering", "No recording was created.") as work:
-        simulate(args.folder, simulation, work)
+        simulate(args.folder, Simulation(**facts, options=scene), work)
     facts["fps"] = scene.fps
     title = f"Recording written to {args.folder}"
     put_facts(facts, title, as_json=args.json, recording=args.folder)

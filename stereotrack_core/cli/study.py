@@ -6,7 +6,7 @@ A sweep is a study that the command describes and whose runs are not kept.
 import dataclasses
 import math
 from argparse import Namespace
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,20 +14,18 @@ from stereotrack_core.cli import options
 from stereotrack_core.cli.output import FAILED, OK, put_facts, put_result, say, stoppable, watched
 from stereotrack_core.cli.sources import say_notes
 from stereotrack_core.counting import counted
-from stereotrack_core.errors import InputError, did_you_mean
-from stereotrack_core.evaluation.measures import MEASURES, measure_named
+from stereotrack_core.errors import InputError
+from stereotrack_core.evaluation.measures import measure_named
 from stereotrack_core.locks import refuse_second
 from stereotrack_core.parameters import value_text
 from stereotrack_core.recording.selection import gives_depth
 from stereotrack_core.study import description
 from stereotrack_core.study.description import Study, StudyRecording, check_rows
 from stereotrack_core.study.job import Job, JobResult, named
-from stereotrack_core.study.points import parsed_range, varied_names
+from stereotrack_core.study.points import varied_names
 from stereotrack_core.study.run import (
     Outcome,
     PointSummary,
-    Source,
-    StudyRun,
     jobs_of,
     plan_study,
     run_study,
@@ -35,7 +33,7 @@ from stereotrack_core.study.run import (
     summarised,
 )
 from stereotrack_core.study.status import COLUMNS, row_facts, study_status
-from stereotrack_core.study.store import Store, stored_results, write_result_table
+from stereotrack_core.study.store import stored_results, write_result_table
 from stereotrack_core.study.workers import ClusterWorkers, LocalWorkers
 from stereotrack_core.tables import Table, number
 from stereotrack_core.work import Work
@@ -162,7 +160,7 @@ def run(args: Namespace) -> int:
         plan = plan_study(study, rows, work)
     say_notes(plan.left_out)
     with watched("Tracking", "") as work:
-        outcome, results = run_study(study, plan.jobs, workers, work)
+        outcome, results = run_study(study.table, plan.jobs, workers, work)
     known = [(job, results[job.identity]) for job in plan.jobs if job.identity in results]
     failed = [(job, result) for job, result in known if not result.done]
     runs = [_facts_of(job, result) for job, result in known if result.done]
@@ -180,7 +178,7 @@ def run(args: Namespace) -> int:
     title = f"Study {study.path}: {done}, {len(plan.left_out)} left out"
     put_result(facts, _table(title, runs), as_json=args.json)
     for job, result in failed:
-        say(f"Failed: {job.recording}, seed {job.seed}: {result.error}")
+        say(f"Failed: {job.recording}, seed {job.spec.seed}: {result.error}")
     if outcome.stopped:
         say("Stopped. Finished runs are kept; run the same command again to continue.")
     return FAILED if outcome.stopped or failed or plan.left_out else OK
@@ -236,9 +234,6 @@ def export(args: Namespace) -> int:
     return OK
 
 
-_TRIALS = 30
-
-
 @options.command(
     options.path("recordings RECORDING", "recordings to track", nargs="+"),
     options.path(
@@ -249,86 +244,41 @@ _TRIALS = 30
         dest="table",
     ),
     *SETTINGS,
-    options.several(
-        "--search NAME=LOW:HIGH[:log]", "search for the best value in a range, or among NAME=a,b,c"
-    ),
-    options.option(
-        "--trials N",
-        f"number of points that a search tries (default: {_TRIALS})",
-        type=options.at_least(1),
-        default=_TRIALS,
-    ),
-    options.option(
-        "--minimise MEASURE",
-        "column that the search minimises (default: forearms where all recordings have a "
-        "reference, else unexplained_fraction, or keypoint_error for mono views); measures for "
-        "which higher is better are maximised",
-    ),
     *RUNNING,
 )
 def sweep(args: Namespace) -> int:
-    """Track recordings with every combination of values (--grid) or in search of the best
-    values (--search), each with all seeds, and write one row per run to a table. Results
-    already in the table are not computed again, so the same command resumes a stopped sweep.
-    References are only used to measure errors, never by the tracker.
+    """Track recordings with every combination of values (--grid), each with all seeds, and write
+    one row per run to a table. Results already in the table are not computed again, so the same
+    command resumes a stopped sweep. References are only used to measure errors, never by the
+    tracker.
     """
-    study = _study_of(args)
+    options.check_suffix(args.table, ".csv")
+    rows = tuple(StudyRecording(str(folder.absolute())) for folder in args.recordings)
+    study = Study(args.table, rows, settings_of(args))
+    check_rows(study)
     refuse_second(args.table)
-    ranges = [parsed_range(text) for text in args.search]
     opened = [source_of(study, row) for row in study.rows]
     for source in opened:
         options.check_output(args.table, source.recording.folder)
-    by = _judged_by(args.minimise, opened)
+    recordings = [one.recording for one in opened]
+    by = "unexplained_fraction" if all(map(gives_depth, recordings)) else "keypoint_error"
+    if all(one.reference is not None for one in recordings):
+        by = "forearms"
     points = study.settings.all_points()
-    jobs = tuple(job for one in opened for job in jobs_of(study, one, points, keep=False))
+    jobs = [job for one in opened for job in jobs_of(study, one, points, keep=False)]
     workers = workers_of(args)
-    with workers, Store(args.table) as store, watched("Sweeping", "") as work:
-        study_run = StudyRun(store, workers, work)
-        if ranges:
-            outcome = study_run.search(study, opened, ranges, by=by, trials=args.trials)
-        else:
-            outcome = study_run.do(jobs)
-    return _report(store, outcome, by, as_json=args.json)
+    with watched("Sweeping", "") as work:
+        outcome, results = run_study(args.table, jobs, workers, work)
+    return _report(args, outcome, results, by)
 
 
-def _study_of(args: Namespace) -> Study:
-    options.check_suffix(args.table, ".csv")
-    settings = settings_of(args)
-    if args.search and settings.grid:
-        what = "a sweep uses a grid or a search"
-        raise InputError(what, "--grid, --search", "Use only one of them.")
-    rows = tuple(StudyRecording(str(folder.absolute())) for folder in args.recordings)
-    study = Study(args.table, rows, settings)
-    check_rows(study)
-    return study
-
-
-def _judged_by(asked: str | None, sources: Sequence[Source]) -> str:
-    """Measure that says which point is best; InputError for an unknown or impossible one."""
-    without = [one.recording for one in sources if one.recording.reference is None]
-    if asked is None:
-        clouds = all(gives_depth(one.recording) for one in sources)
-        of_itself = "unexplained_fraction" if clouds else "keypoint_error"
-        return of_itself if without else "forearms"
-    measure = measure_named(asked)
-    if measure is None:
-        names = [one.name for one in MEASURES]
-        remedy = f"{did_you_mean(asked, names)}Available: {', '.join(names)}."
-        raise InputError(f"unknown measure {asked!r}", "--minimise", remedy)
-    if measure.from_reference and without:
-        what = f"{asked} needs a reference, which {without[0].name} does not have"
-        remedy = "Choose unexplained_fraction, or recordings with a reference.csv."
-        raise InputError(what, "--minimise", remedy)
-    return asked
-
-
-def _report(store: Store, outcome: Outcome, by: str, *, as_json: bool) -> int:
-    jobs, results = outcome.jobs, store.results
+def _report(args: Namespace, outcome: Outcome, results: Mapping[str, JobResult], by: str) -> int:
+    jobs = outcome.jobs
     summaries = summarised(jobs, results, by)
     different = {job.identity for job in jobs}
     failed = sum(one in results and not results[one].done for one in different)
     facts = {
-        "table": store.table,
+        "table": args.table,
         "jobs": len(different),
         "computed": outcome.computed,
         "reused": outcome.reused,
@@ -337,15 +287,15 @@ def _report(store: Store, outcome: Outcome, by: str, *, as_json: bool) -> int:
         "judged_by": by,
         "points": [_point_facts(summary) for summary in summaries],
     }
-    told = f"{store.table}: {outcome.computed} computed, {outcome.reused} reused."
+    told = f"{args.table}: {outcome.computed} computed, {outcome.reused} reused."
     tables: tuple[Table | str, ...] = ()
     if summaries:
         tables = (_point_table(summaries, by), *_stretch_table(summaries), told)
-    put_result(facts, *tables, as_json=as_json)
+    put_result(facts, *tables, as_json=args.json)
     for job in {job.identity: job for job in jobs}.values():
         if job.identity in results and not results[job.identity].done:
             values = (f"{name}={value_text(value)}" for name, value in job.point.values)
-            where = ", ".join((job.recording, *values, f"seed {job.seed}"))
+            where = ", ".join((job.recording, *values, f"seed {job.spec.seed}"))
             say(f"Failed: {where}: {results[job.identity].error}")
     if outcome.stopped:
         say("Stopped. Finished results are kept; run the same command again to continue.")

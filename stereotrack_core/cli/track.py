@@ -150,7 +150,7 @@ def _check(args: Namespace, plan: TrackPlan) -> None:
     """Tell what looks wrong, and refuse what is plainly wrong unless told not to or resumed."""
     views = plan.spec.views
     found = (
-        examine_described(plan.recording, compare=False)
+        examine_described(plan.recording)
         if args.resume
         else diagnose.checks_before_tracking(plan.recording, views, plan.spec.settings.depth)
     )

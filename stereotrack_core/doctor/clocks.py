@@ -16,7 +16,7 @@ import scipy
 
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.doctor.views import Instants, Places
-from stereotrack_core.errors import Correction, CorrectionKind, Finding
+from stereotrack_core.errors import Correction, CorrectionKind, Finding, Severity
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.importing import synchronise
 from stereotrack_core.recording.reader import FrameReader
@@ -65,14 +65,11 @@ def check_clocks(recording: Recording, signals: Signals) -> Iterator[Finding]:
         lag = lag_of(pair[1], pair[0])
         if abs(lag.frames) >= _LEAST_PAIR_LAG and lag.certain and lag.correlation >= _PAIR_CERTAIN:
             wrong.append(view.name)
-            yield Finding(
-                "error",
-                f"view {view.name}, left",
-                f"it shows everything {span(lag.frames, recording.fps)} than the right image of "
-                f"its pair (correlation of the motion {lag.correlation:.2f})",
-                _remedy(lag.frames),
-                _correction("shift_left", view.name, lag.frames),
-            )
+            late = f"it shows everything {span(lag.frames, recording.fps)} than the right image"
+            what = f"{late} of its pair (correlation of the motion {lag.correlation:.2f})"
+            correction = _correction("shift_left", view.name, lag.frames)
+            where = f"view {view.name}, left"
+            yield Finding("error", where, what, _remedy(lag.frames), correction)
     views = {v: s for (v, key), s in signals.items() if key == "image" and v not in wrong}
     yield from check_lags(views, recording.fps)
 
@@ -115,14 +112,11 @@ def check_lags(signals: Mapping[str, FloatArray], fps: float) -> Iterator[Findin
         agree = all(abs(lag.frames - late) <= _SAME for lag in own)
         together = all(abs(lag.frames) <= _SAME for lag in rest)
         if abs(late) >= _LEAST_LAG and agree and together:
-            yield Finding(
-                "error" if abs(late) >= _WRONG_LAG else "warning",
-                f"view {name}",
-                f"it shows everything {span(late, fps)} than the other views (correlation of "
-                f"the motion {np.median([lag.correlation for lag in own]):.2f})",
-                _remedy(late),
-                _correction("shift_frames", name, late),
-            )
+            agreed = f"correlation of the motion {np.median([lag.correlation for lag in own]):.2f}"
+            what = f"it shows everything {span(late, fps)} than the other views ({agreed})"
+            severity: Severity = "error" if abs(late) >= _WRONG_LAG else "warning"
+            correction = _correction("shift_frames", name, late)
+            yield Finding(severity, f"view {name}", what, _remedy(late), correction)
 
 
 def _check_two(signals: Mapping[str, FloatArray], fps: float) -> Iterator[Finding]:
@@ -133,14 +127,11 @@ def _check_two(signals: Mapping[str, FloatArray], fps: float) -> Iterator[Findin
     alone = lag.elsewhere < _ALONE_ELSEWHERE * lag.correlation and len(one) >= _ALONE_FRAMES
     if agree and alone and abs(lag.frames) >= _LEAST_LAG:
         late = second if lag.frames > 0 else first
-        yield Finding(
-            "warning",
-            f"views {first}, {second}",
-            f"view {second} shows everything {span(lag.frames, fps)} than view {first} "
-            f"(correlation of the motion {lag.correlation:.2f})",
-            f"Make first_frame of the streams of view {late} larger by {abs(round(lag.frames))}, "
-            "or synchronise the cameras.",
-        )
+        said = f"view {second} shows everything {span(lag.frames, fps)} than view {first}"
+        what = f"{said} (correlation of the motion {lag.correlation:.2f})"
+        change = f"first_frame of the streams of view {late} larger by {abs(round(lag.frames))}"
+        remedy = f"Make {change}, or synchronise the cameras."
+        yield Finding("warning", f"views {first}, {second}", what, remedy)
 
 
 def span(frames: float, fps: float) -> str:

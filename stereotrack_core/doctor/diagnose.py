@@ -159,7 +159,7 @@ def checks_before_tracking(
     recording: Recording, views: Sequence[str] | None = None, depth: DepthParameters | None = None
 ) -> tuple[Finding, ...]:
     """Findings of the files, a glance, and changed disparities. Raises InputError."""
-    found = (*examine_described(recording, compare=False), *glance(recording, views))
+    found = (*examine_described(recording), *glance(recording, views))
     return by_severity((*found, *changed_reach(recording, views, depth or DepthParameters())))
 
 

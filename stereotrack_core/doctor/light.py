@@ -187,6 +187,7 @@ def _shift(light: Light) -> float:
 
 
 _FRAMES = 4
+_FOREIGN = 40.0  # median difference in grey levels to a picture of another scene
 _OTHER, _LEAST_BETTER = 0.6, 2.0
 """Share of the difference to a view's own background, and grey levels, by which that of another
 view has to fit better."""
@@ -195,7 +196,7 @@ view has to fit better."""
 def check_pictures(
     recording: Recording, reader: FrameReader, frames: int = _FRAMES
 ) -> Iterator[Finding]:
-    """Findings about views whose background image is another's."""
+    """Findings about views whose background image is another's, or of another scene."""
     sets = [reader.frame_set(k) for k in spread(reader.frame_count, frames)]
     shown: dict[str, list[FloatArray]] = {}
     empty: dict[str, FloatArray] = {}
@@ -211,7 +212,7 @@ def check_pictures(
 def check_backgrounds(
     shown: Mapping[str, Sequence[FloatArray]], empty: Mapping[str, FloatArray]
 ) -> Iterator[Finding]:
-    """Backgrounds that belong to another view, by reduced images and backgrounds (H, W)."""
+    """Backgrounds of another view, or of no view, by reduced images and backgrounds (H, W)."""
     for view, other in permutations(shown, 2):
         own = _apart(shown[view], empty[view])
         same = float(np.abs(empty[view] - empty[other]).mean()) < 1.0
@@ -228,6 +229,11 @@ def check_backgrounds(
                 "Use an image of the empty scene by this very camera.",
             )
             return
+    for view, images in shown.items():
+        if _apart(images, empty[view]) > _FOREIGN:
+            what = "the background image does not match the scene of the images"
+            remedy = "Take it with this camera, from the same position and with the same exposure."
+            yield Finding("warning", f"view {view}, background", what, remedy)
 
 
 def _apart(images: Sequence[FloatArray], background: FloatArray) -> float:

@@ -267,7 +267,11 @@ def check_pairs(recording: Recording, reader: FrameReader) -> Iterator[Finding]:
         cameras = recording.cameras.get(view.left.camera), recording.cameras.get(view.image.camera)
         if cameras[0] is not None and cameras[1] is not None:
             details = details_of(pairs)
-            if details.seen > _MANY and len(details.left) < _SHARED * details.seen:
+            if details.seen > FEWEST and all(np.array_equal(*pair) for pair in pairs):
+                what = "the left and right images are identical, so there is no depth"
+                remedy = "Give each camera of the stereo pair its own file."
+                yield Finding("error", f"view {view.name}", what, remedy)
+            elif details.seen > _MANY and len(details.left) < _SHARED * details.seen:
                 share = 100 * len(details.left) / details.seen
                 alike = f"left and right image share {share:.0f} % of their details"
                 what = f"{alike} (more than 20 % in good pairs)"

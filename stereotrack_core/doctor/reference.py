@@ -218,10 +218,8 @@ def check_sides(reference: LandmarkTrajectory) -> Iterator[Finding]:
     ahead = [np.einsum("ij,ij->i", forward, one) for one in before]
     means = [float(np.nanmean(one)) for one in ahead if np.isfinite(one).any()]
     if means and sum(means) < _BACKWARD:
-        yield Finding(
-            "error",
-            "reference.csv",
-            "left and right are exchanged: hands and head would be behind the shoulders, by "
-            f"{_cm(-sum(means) / len(means))} on average",
-            "Exchange the names of left and right (tested: then they are before the shoulders).",
-        )
+        behind = f"hands and head would be behind the shoulders, by {_cm(-float(np.mean(means)))}"
+        what = f"left and right are exchanged: {behind} on average"
+        tested = "(tested: then they are before the shoulders)"
+        remedy = f"Exchange the names of left and right {tested}."
+        yield Finding("error", "reference.csv", what, remedy)

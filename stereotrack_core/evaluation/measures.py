@@ -25,7 +25,6 @@ class Measure:
     name: str  # heading of the column
     label: str  # for people
     unit: str
-    from_reference: bool = False  # whether it needs a reference
     more_is_better: bool = False
     short: str = ""  # label where there is little room
 
@@ -37,37 +36,27 @@ class Measure:
 
 def _errors() -> Iterator[Measure]:
     for name, label, unit in summary.ERROR_MEASURES:
-        yield Measure(name, f"{label}, mean", unit, from_reference=True, short=label)
-        yield Measure(f"{name}_median", f"{label}, median", unit, from_reference=True)
-        yield Measure(f"{name}_p95", f"{label}, 95 %", unit, from_reference=True)
+        yield Measure(name, f"{label}, mean", unit, short=label)
+        yield Measure(f"{name}_median", f"{label}, median", unit)
+        yield Measure(f"{name}_p95", f"{label}, 95 %", unit)
 
 
 MEASURES: tuple[Measure, ...] = (
     *_errors(),
-    Measure("lost", "arm segments lost", "%", from_reference=True, short="lost"),
-    Measure(
-        "not_tracked", "frames of the reference not tracked", "%",
-        from_reference=True, short="not tracked",
-    ),
-    Measure(
-        "lost_precision", "flagged segments that are lost", "%",
-        from_reference=True, more_is_better=True,
-    ),
-    Measure(
-        "lost_recall", "lost segments that are flagged",
-        "%", from_reference=True, more_is_better=True
-    ),
+    Measure("lost", "arm segments lost", "%", short="lost"),
+    Measure("not_tracked", "frames of the reference not tracked", "%", short="not tracked"),
+    Measure("lost_precision", "flagged segments that are lost", "%", more_is_better=True),
+    Measure("lost_recall", "lost segments that are flagged", "%", more_is_better=True),
     Measure("gaps", "frames without a pose", "%", short="no pose"),
     Measure("unexplained_fraction", "unexplained fraction", "%", short="unexplained"),
     Measure("residual", "residual", "mm"),
     Measure("keypoint_error", "keypoint error, median", "px", short="keypoints"),
     Measure("innovation", "normalised innovation", ""),
     Measure("limb_sigma", "uncertainty of the limbs", "deg", short="uncertain"),
-    Measure("limb_lost", "mean failure probability of arm segments",
-    "%", short="flagged as lost"),
+    Measure("limb_lost", "mean failure probability of arm segments", "%", short="flagged as lost"),
     Measure("frames_per_second", "frames per second", "", more_is_better=True, short="fps"),
     Measure("seconds", "computing time in seconds", "s"),
-)  # fmt: skip
+)
 """Errors against the reference as ``evaluate`` gives them, then the tracker's own signs."""
 
 

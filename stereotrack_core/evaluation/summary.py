@@ -14,6 +14,7 @@ from typing import TypeAlias
 import numpy as np
 
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
+from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.rotation import angle_between
@@ -50,17 +51,11 @@ class LimbErrors:
         """Errors (F, 4) in radians: left and right upper arm, left and right forearm."""
         return np.column_stack([self.upper_arm, self.forearm])
 
-    def of_limb(self, limb: str) -> FloatArray:
-        """Angular error (F,), radians, of a limb; torso: long axis, head: NaN. Raises KeyError."""
-        nothing: FloatArray = np.full(len(self.frame), np.nan)
-        return {
-            "torso": self.torso_long,
-            "head": nothing,
-            "left_upper_arm": self.upper_arm[:, 0],
-            "right_upper_arm": self.upper_arm[:, 1],
-            "left_forearm": self.forearm[:, 0],
-            "right_forearm": self.forearm[:, 1],
-        }[limb]
+    @property
+    def degrees(self) -> FloatArray:
+        """Angular errors (F, 6) of the limbs, degrees; the torso's long axis, NaN for the head."""
+        head = np.full(len(self.frame), np.nan)
+        return np.asarray(np.degrees(np.column_stack([self.torso_long, head, self.arm_segments])))
 
 
 def truth_of(recording: Recording) -> LandmarkTrajectory:
@@ -251,14 +246,13 @@ def _weights(values: FloatArray, sigma: FloatArray) -> FloatArray | None:
 
 def values_of(errors: LimbErrors) -> dict[str, FloatArray]:
     """Values (F,), or (F, 2) of both sides, of all :data:`ERROR_MEASURES` in their units."""
-    arms = ("left_upper_arm", "right_upper_arm", "left_forearm", "right_forearm")
     return {
         "torso_position": 1000.0 * errors.torso_position,
         "torso_long": np.rad2deg(errors.torso_long),
         "torso_cross": np.rad2deg(errors.torso_cross),
         "upper_arms": np.rad2deg(errors.upper_arm),
         "forearms": np.rad2deg(errors.forearm),
-        **{limb: np.rad2deg(errors.of_limb(limb)) for limb in arms},
+        **dict(zip(LIMBS[2:], errors.degrees[:, 2:].T, strict=True)),
     }
 
 

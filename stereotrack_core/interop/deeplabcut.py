@@ -16,7 +16,7 @@ seen, and one that is outside the image has no values, like one that nobody has 
 import io
 import math
 import pickle
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple, NoReturn, TypeAlias
@@ -29,9 +29,9 @@ from stereotrack_core.atomic import write_files
 from stereotrack_core.counting import typed_number
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop import label_source
-from stereotrack_core.interop.hdf5 import read_hdf5
 from stereotrack_core.interop.keypoints.source import FileRow, KeypointSource, Who
-from stereotrack_core.reading import decoding
+from stereotrack_core.limited_process import read_apart
+from stereotrack_core.reading import check_file, decoding
 from stereotrack_core.tables import csv_text, read_cells
 from stereotrack_core.versions import check_library
 
@@ -48,8 +48,8 @@ _HEADERS = ("scorer", "individuals", "bodyparts", "coords")
 _NUMBERS = ("x", "y", "likelihood")
 
 
-Row: TypeAlias = tuple[str, Sequence[str], Sequence[str | float]]
-"""Place of a row in the file, the cells that name its picture, and those of the columns."""
+Row: TypeAlias = tuple[str, str, Sequence[str | float]]
+"""Place of a row in the file, its picture's path or frame's number, and the columns' cells."""
 
 
 class DeepLabCutTable(NamedTuple):
@@ -76,8 +76,8 @@ class DeepLabCutTable(NamedTuple):
 def read_table(path: Path, remedy: str) -> DeepLabCutTable:
     """The table of a CSV or HDF5 file; InputError where it cannot be read."""
     if path.suffix.lower() == ".h5":
-        check_h5py(path)
-        return read_hdf5(path, _stored, _WHAT, _REMEDY)
+        check_hdf5(path)
+        return read_apart(_stored, path, _REMEDY)
     lines = read_cells(path, headers=3)
     header = {line[0]: line for line in lines[:4] if line and line[0] in _HEADERS}
     if "bodyparts" not in header or "coords" not in header:
@@ -92,7 +92,7 @@ def read_table(path: Path, remedy: str) -> DeepLabCutTable:
     for number, line in enumerate(lines[len(header) :], start=len(header) + 1):
         if any(line):
             cells = [*line[first:], *[""] * len(columns)][: len(columns)]
-            rows.append((f"{path}, line {number}", line[:first], cells))
+            rows.append((f"{path}, line {number}", "/".join(filter(None, line[:first])), cells))
     return DeepLabCutTable(columns, rows)
 
 
@@ -108,10 +108,10 @@ def read_deeplabcut(source: label_source.LabelSource) -> label_source.Labels:
     if len({individual for individual, _, _ in table.columns} - {""}) > 1:
         what = "the file contains several individuals"
         raise InputError(what, path, "Export the labels of one person only.")
-    place_of_row = places_of_rows((named for _, named, _ in table.rows), source)
+    places = label_source.PicturePlaces(source, [picture for _, picture, _ in table.rows])
 
     def read(row: Row, known: Mapping[str, str]) -> Iterator[Click]:
-        if (place := place_of_row(row[1], row[0])) is None:
+        if (place := places.of(row[1], row[0])) is None:
             return
         for _, part, x, y, likelihood in table.points(row):
             likely = part in known and likelihood >= _LEAST_LIKELIHOOD
@@ -126,10 +126,10 @@ def predictions_of(source: KeypointSource, table: DeepLabCutTable) -> Iterator[F
     """Rows of a table; InputError where a number cannot be read or its camera cannot be told."""
     stem = source.path.stem  # named after its video: ``cam1DLC_resnet50_walk_1.csv``
     named = replace(source, path=source.path.with_name(stem.split("DLC")[0] or stem))
-    place_of = places_of_rows((named for _, named, _ in table.rows), named)
+    places = label_source.PicturePlaces(named, [picture for _, picture, _ in table.rows])
     people = list(dict.fromkeys(individual for individual, *_ in table.columns))
     for row in table.rows:
-        if (place := place_of(row[1], row[0])) is None:
+        if (place := places.of(row[1], row[0])) is None:
             continue
         for individual, part, x, y, likelihood in table.points(row):
             who = Who(people.index(individual), individual)
@@ -181,27 +181,6 @@ def file_of_camera(path: Path, camera: str) -> Path:
     return path.with_name(f"{path.stem}_{camera}{path.suffix}")
 
 
-def places_of_rows(
-    rows: Iterable[Sequence[str]], source: label_source.LabelSource
-) -> Callable[[Sequence[str], str], tuple[int, str] | None]:
-    """Gives frame and camera of a row by its first cells: its number, or its picture's path.
-
-    The function that is given takes the cells and what it is asked for. It gives None for a picture
-    of another camera than the stated one, and raises InputError where they cannot be told.
-    """
-    pictures = ("/".join(filter(None, cells)) for cells in rows)
-    places = label_source.PicturePlaces(source, [one for one in pictures if _number(one) is None])
-
-    def place(cells: Sequence[str], where: str) -> tuple[int, str] | None:
-        text = "/".join(filter(None, cells))
-        if (frame := _number(text)) is None:
-            return places.of(text, where)
-        own = source.camera_of(source.path.name, str(source.path))
-        return label_source.checked_frame(frame, where=where), own
-
-    return place
-
-
 def _number(text: str | float) -> float | None:
     try:
         return float(text) if text in _WORDS or isinstance(text, float) else typed_number(text)
@@ -238,9 +217,10 @@ def table_in(stored: Any, path: Path) -> DeepLabCutTable:
     names = [name for name in columns if 3 <= len(name) <= 4]
     if values.shape != (len(rows), len(names)) or len(set(names)) < len(names):
         raise ValueError("its parts do not fit together")
-    places = (f"{path}, row {'/'.join(named)}" for named in rows)
+    pictures = ["/".join(named) for named in rows]
+    places = (f"{path}, row {picture}" for picture in pictures)
     columns = [(*("",) * (4 - len(name)), *name[1:]) for name in columns]
-    return DeepLabCutTable(columns, list(zip(places, rows, values.tolist(), strict=True)))
+    return DeepLabCutTable(columns, list(zip(places, pictures, values.tolist(), strict=True)))
 
 
 def _of_fixed(group: Mapping[str, Any]) -> StoredTable:
@@ -309,7 +289,8 @@ def _text(value: bytes | float) -> str:
     return value.decode() if isinstance(value, bytes) else str(value)
 
 
-def check_h5py(path: Path) -> None:
-    """InputError where h5py is not installed; another process will load it."""
+def check_hdf5(path: Path) -> None:
+    """InputError for no regular file, or where h5py is missing; another process will load it."""
+    check_file(path)
     missing = "DeepLabCut's HDF5 files need the library h5py, which is not installed"
     check_library("h5py", "sleap", missing=missing, where=str(path), instead="DeepLabCut's .csv")

@@ -9,6 +9,7 @@ from pathlib import Path, PurePosixPath
 from typing import Any, TypeVar
 
 from stereotrack_core.annotation.click import Click, origin_of_source
+from stereotrack_core.counting import typed_number
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.description import Recording
@@ -222,7 +223,8 @@ class PicturePlaces:
         self._known = _cameras_by_name(source.recording)
         self._left_out: frozenset[str] = frozenset()
         if source.camera is not None:
-            self._choose(tuple(dict.fromkeys(pictures)), source.camera)
+            paths = [one for one in dict.fromkeys(pictures) if _number_alone(one) is None]
+            self._choose(paths, source.camera)
 
     def _choose(self, pictures: Sequence[str], stated: str) -> None:
         groups: dict[tuple[str, str | None], list[str]] = {}
@@ -253,11 +255,21 @@ class PicturePlaces:
         return self._source.camera_of(picture, where, self._own.get(picture))
 
     def of(self, picture: str, where: str) -> tuple[int, str] | None:
-        """Frame and camera of a numbered picture; see :meth:`camera`."""
+        """Frame and camera of a numbered picture, or of a frame's number; see :meth:`camera`."""
+        if (number := _number_alone(picture)) is not None:
+            own = self._source.camera_of(self._source.path.name, where)
+            return checked_frame(number, where=where), own
         camera = self.camera(picture, where)
         if camera is None:
             return None
         return frame_of(picture, self._known, where=where), camera
+
+
+def _number_alone(text: str) -> float | None:
+    try:
+        return typed_number(text)
+    except ValueError:
+        return None
 
 
 _CAMERA_NUMBER = re.compile(r"(?i)(?<![a-z])(cam|camera|view)[ _-]?\d+")

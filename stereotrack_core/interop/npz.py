@@ -5,7 +5,7 @@ import math
 import os
 import warnings
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
@@ -56,8 +56,10 @@ class ArchiveFormat:
     remedy: str  # what to do about a file that is none
     layout: Mapping[str, ArrayLayout]
 
-    def read(self, file: BinaryIO, where: str) -> dict[str, NDArray[Any]]:
-        """Arrays of the layout by name; InputError for a damaged archive, or other arrays."""
+    def read(
+        self, file: BinaryIO, where: str, names: Collection[str] | None = None
+    ) -> dict[str, NDArray[Any]]:
+        """Arrays of the layout, or those with some `names`; InputError if damaged, or others."""
         with self.decoding(where):
             size = file.seek(0, os.SEEK_END)
             with zipfile.ZipFile(file) as archive:
@@ -65,7 +67,8 @@ class ArchiveFormat:
                 needed = [name for name, own in self.layout.items() if not own.optional]
                 if missing := [name for name in needed if name not in stored]:
                     raise self.refusal(where, f"it lacks {', '.join(missing)}")
-                there = {name: own for name, own in self.layout.items() if name in stored}
+                asked = self.layout if names is None else names
+                there = {name: self.layout[name] for name in asked if name in stored}
                 lengths: dict[str, int] = {}
                 total = 0
                 for name, own in there.items():

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from stereotrack_core.atomic import write_file
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.npz import ArchiveFormat, ArrayLayout, archive_bytes, array_names
+from stereotrack_core.interop.npz import ArchiveFormat, ArrayLayout, archive_bytes
 from stereotrack_core.reading import MB, open_file, parsed_json
 from stereotrack_core.recording.keypoints import Keypoints, columns_of, keypoints_of_columns
 from stereotrack_core.recording.landmarks import LANDMARKS
@@ -61,8 +61,6 @@ FORMAT = 1  # version of the layout; kept in the meta as ``format``
 _REMEDY = "Use a run written by `stereotrack track`, or track the recording again."
 _FILE = ArchiveFormat("run file of this program", _REMEDY, {**_LAYOUT, **_KEYPOINTS})
 
-_META = ArchiveFormat(_FILE.what, _FILE.remedy, {"meta": _LAYOUT["meta"]})
-
 _MOST_BYTES = 4096 * MB
 
 _LARGEST: Mapping[str, float] = MappingProxyType({"landmarks": 1e6, "x": 1e6, "P": 1e12})
@@ -99,14 +97,8 @@ def read_npz(path: Path) -> Run:
 def read_meta(path: Path) -> dict[str, Any]:
     """What a run file says of how it was tracked, without its numbers; InputError for no run."""
     with open_file(path, _MOST_BYTES) as file:
-        try:
-            names = array_names(file)
-        except InputError:
-            raise _FILE.refusal(str(path), "it is no archive of arrays") from None
-        if not {name for name, own in _LAYOUT.items() if not own.optional} <= names:
-            raise _FILE.refusal(str(path), "it lacks arrays of a run")
-        arrays = _META.read(file, str(path))
-        with _META.decoding(path):
+        arrays = _FILE.read(file, str(path), ["meta"])
+        with _FILE.decoding(path):
             text = str(arrays["meta"])
     return _meta_from_store(path, text, path.absolute().parent)
 

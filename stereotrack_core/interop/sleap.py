@@ -26,10 +26,9 @@ from stereotrack_core.atomic import replacing
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.interop import label_source
-from stereotrack_core.interop.hdf5 import read_hdf5
 from stereotrack_core.interop.keypoints.source import FileRow, KeypointSource, Who
 from stereotrack_core.limited_process import read_apart
-from stereotrack_core.reading import decoding
+from stereotrack_core.reading import check_file, decoding
 from stereotrack_core.recording.description import Recording, Stream
 from stereotrack_core.recording.images import is_pattern, numbered_files
 from stereotrack_core.recording.landmarks import SKELETON
@@ -233,7 +232,8 @@ def _camera_of_video(video: str, streams: Mapping[str, Stream]) -> str | None:
 def read_sleap_file(path: Path, *, predicted: bool = False) -> tuple[list[str], list[SleapFrame]]:
     """Names of points, and pictures that people, or SLEAP (`predicted`), labelled; InputError."""
     check_sleap_library(path)
-    return read_hdf5(path, partial(_stored, predicted=predicted), _WHAT, _REMEDY)
+    check_file(path)
+    return read_apart(partial(_stored, predicted=predicted), path, _REMEDY)
 
 
 def check_sleap_library(path: Path) -> None:

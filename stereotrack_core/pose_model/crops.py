@@ -73,14 +73,7 @@ _LEAST_SIDE = 16.0  # side in pixels below which a crop shows nothing
 
 @dataclass(frozen=True, eq=False)
 class Crop:
-    """A square part of a picture, perhaps turned.
-
-    Examples
-    --------
-    >>> crop = Crop(np.array([320.0, 240.0]), 400.0)
-    >>> crop.seen(picture, (256, 256)).shape
-    (256, 256, 3)
-    """
+    """A square part of a picture, perhaps turned."""
 
     centre: FloatArray  # (2,). Pixels of the picture.
     side: float  # pixels of the picture along the longer side of what the network sees

@@ -53,11 +53,10 @@ _LANDMARK_OUTPUTS = ("Identity", "Identity_3", "Identity_1", "Identity_4", "Iden
 
 @dataclass(frozen=True, eq=False)
 class PersonBox:
-    """A person that the finder sees, by the circle around the body and the head's box."""
+    """A person that the finder sees, by the circle around the body."""
 
     hips: FloatArray  # (2,). Middle of the hips, pixels of the picture.
     top: FloatArray  # (2,). Point above the head on the circle around the hips.
-    head: FloatArray  # (2, 2). Upper left and lower right corner of the box around the head.
     score: float  # from 0 to 1
 
     @property
@@ -107,13 +106,6 @@ class PoseDetector:
     """The two networks, whose files are in a folder; may be used by several threads, one at a time.
 
     Raises InputError if the files cannot be run.
-
-    Examples
-    --------
-    >>> detector = load_detector()
-    >>> person = detector.find_people(picture)[0]
-    >>> pose = detector.landmarks(picture, person.crop)
-    >>> pose = detector.landmarks(next_picture, next_crop(pose))
     """
 
     def __init__(self, folder: Path) -> None:
@@ -152,13 +144,9 @@ class PoseDetector:
         with self._lock:
             raw, logits = self._finder.run(seen / 127.5 - 1.0, *_FINDER_OUTPUTS)
         found = blazepose.suppress(blazepose.decode(raw, logits[:, 0], least_score))
-        corners = found.boxes[:, [[0, 1], [2, 1], [2, 3], [0, 3]]]
-        heads = crop.in_picture(corners, size)
         points = crop.in_picture(found.points, size)
-        return [
-            PersonBox(own[0], own[1], np.stack([head.min(axis=0), head.max(axis=0)]), float(score))
-            for own, head, score in zip(points, heads, found.scores, strict=True)
-        ]
+        both = zip(points, found.scores, strict=True)
+        return [PersonBox(own[0], own[1], float(score)) for own, score in both]
 
     def landmarks(
         self, picture: ImageArray | Float32Array, crop: Crop, *, mask: bool = False

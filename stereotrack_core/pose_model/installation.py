@@ -14,6 +14,7 @@ import tempfile
 import zipfile
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 import platformdirs
@@ -27,6 +28,7 @@ LICENCE = "Apache-2.0"
 SOURCE = f"BlazePose of MediaPipe, in the wheel {WHEEL} on PyPI"
 DOWNLOAD_BYTES = 36_000_000  # size of the wheel; a quarter of it is kept
 FOLDER_VARIABLE = "STEREOTRACK_DETECTOR"  # environment variable: another folder of the files
+_USUAL_FOLDER = platformdirs.user_data_path("stereotrack", appauthor=False) / "detector"
 BUNDLED = "files"  # folder beside this module that has them in the stand-alone program
 
 
@@ -109,7 +111,7 @@ def user_folder() -> Path:
     stated = os.environ.get(FOLDER_VARIABLE)
     if stated:
         return Path(stated).expanduser()
-    return platformdirs.user_data_path("stereotrack", appauthor=False) / "detector"
+    return _USUAL_FOLDER
 
 
 def detector_folder() -> Path:
@@ -137,7 +139,13 @@ def detector_versions() -> dict[str, str]:
 
 def is_installed() -> bool:
     """Whether the detector can be loaded, by its files' sizes alone; fast enough for a menu."""
-    return _is_filled(detector_folder()) and importlib.util.find_spec("ai_edge_litert") is not None
+    return _is_filled(detector_folder()) and has_runtime()
+
+
+@cache  # looking takes half a millisecond, and the window asks whenever something changes
+def has_runtime() -> bool:
+    """Whether the library that runs the detector is there."""
+    return importlib.util.find_spec("ai_edge_litert") is not None
 
 
 def _is_filled(folder: Path) -> bool:
@@ -154,7 +162,7 @@ def _is_kept(folder: Path, file: ModelFile) -> bool:
 def _runtime() -> str:
     from importlib.metadata import PackageNotFoundError, version  # loads half of `email`
 
-    if importlib.util.find_spec("ai_edge_litert") is None:
+    if not has_runtime():
         return ""
     try:
         return version("ai-edge-litert")

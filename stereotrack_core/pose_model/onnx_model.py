@@ -45,11 +45,6 @@ class PoseModel:
 
     `layout` names in ``LAYOUTS`` the order of its points, if it is not told by their number.
     Raises InputError where the file is none, or onnxruntime is not installed.
-
-    Examples
-    --------
-    >>> model = PoseModel(Path("rtmpose-m.onnx"))
-    >>> places, confidence = model.keypoints(picture, crop)
     """
 
     def __init__(self, path: Path, layout: str | None = None) -> None:

@@ -4,7 +4,6 @@ from stereotrack_core.annotation.click import Click, ClickKey
 from stereotrack_core.counting import counted
 from stereotrack_core.project.project import Project
 
-ROUND = 1  # the repetition that is annotated
 _FRAME = "repeats.frame"
 
 
@@ -26,7 +25,7 @@ class BlindRepeats:
 
     def clicks(self) -> tuple[Click, ...]:
         """The second reading of the frame so far."""
-        return () if self.active is None else self._project.clicks.again_at(ROUND, self.active)
+        return () if self.active is None else self._project.clicks.again_at(self.active)
 
     def missing(self) -> tuple[ClickKey, ...]:
         """Clicks of the first reading of the frame that the second one lacks."""

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -109,28 +109,22 @@ class Clicks:
         rows = self._access.rows(flagged, (UNCERTAIN,))
         return frozenset(row[0] for row in rows)
 
-    def again(self, round_number: int) -> tuple[Click, ...]:
-        """Clicks of a second, blind reading."""
-        condition = "WHERE round = ? AND deleted = 0 ORDER BY frame"
-        return self._clicks(condition, round_number, table="repeat_click")
+    def again(self) -> tuple[Click, ...]:
+        """Clicks of the second, blind reading."""
+        return self._clicks("WHERE deleted = 0 ORDER BY frame", table="repeat_click")
 
-    def again_at(self, round_number: int, frame: int) -> tuple[Click, ...]:
-        """Clicks of one frame in a blind reading."""
-        return tuple(one for one in self.again(round_number) if one.frame == frame)
+    def again_at(self, frame: int) -> tuple[Click, ...]:
+        """Clicks of one frame in the blind reading."""
+        return tuple(one for one in self.again() if one.frame == frame)
 
     def repeat_differences(self) -> tuple[Difference, ...]:
-        """First against second readings of frames that were annotated again, round by round.
+        """First against second readings of frames that were annotated again.
 
         What was accepted at first is left out: a person's reading of it is the first one.
         """
-        rounds = self._access.rows(
-            "SELECT DISTINCT round FROM repeat_click WHERE deleted = 0 ORDER BY round"
-        )
-        found: list[Difference] = []
-        for (number,) in rounds:
-            second = self.again(number)
-            frames = sorted({click.frame for click in second})
-            found += differences([one for frame in frames for one in self.at(frame)], second)
+        second = self.again()
+        frames = sorted({click.frame for click in second})
+        found = differences([one for frame in frames for one in self.at(frame)], second)
         return tuple(one for one in found if one.first is None or not one.first.accepted)
 
     def _clicks(self, condition: str, *values: Value, table: str = "click") -> tuple[Click, ...]:
@@ -275,27 +269,24 @@ def swap_landmarks(frame: int, camera: str, first: str, second: str) -> Edit:
     return Edit("swap landmarks", f"swap {names} in {camera}, frame {frame}", changes)
 
 
-def blind_repeat(number: int, edit: Edit) -> Edit:
-    """An edit of clicks in a blind reading, counted from 1; the first reading is not touched."""
+_ROUND = 1  # of blind repeats, whose table has room for more
+
+
+def blind_repeat(edit: Edit) -> Edit:
+    """An edit of clicks in the blind reading; the first reading is not touched."""
 
     def changes(state: State, stamp: Stamp) -> Iterable[Change]:
-        if number < 1:
-            what = f"there is no blind repeat {number}"
-            raise InputError(what, remedy="Blind repeats are counted from 1.")
-        for change in edit.changes(_Reading(state.database, number), stamp):
-            yield replace(change, table=REPEAT_CLICK, key=(number, *change.key))
+        for change in edit.changes(_Reading(state.database), stamp):
+            yield replace(change, table=REPEAT_CLICK, key=(_ROUND, *change.key))
 
     return Edit("place repeats", f"{edit.words}, blind repeat", changes)
 
 
-@dataclass(frozen=True, eq=False)
 class _Reading(State):
-    """The project with the clicks of a second reading in place of the first."""
-
-    round: int
+    """The project with the clicks of the second reading in place of the first."""
 
     def row(self, table: Table, key: Row) -> Row | None:
-        return super().row(REPEAT_CLICK, (self.round, *key)) if table is CLICK else None
+        return super().row(REPEAT_CLICK, (_ROUND, *key)) if table is CLICK else None
 
 
 _DETECTORS = f"SELECT DISTINCT source FROM {KEYPOINT}"  # noqa: S608 - a constant

@@ -50,12 +50,15 @@ class Exported:
     files: Mapping[Path, str]  # files or folders, and in words what is in them
     notes: tuple[str, ...] = ()  # remarks on them, as sentences
 
-    def words(self) -> str:
+    def saved(self) -> str:
         """``30 frames saved to run.trc``; of several files the first one is named."""
         path, what = next(iter(self.files.items()))
         more = f"; {counted(len(self.files) - 1, 'more file')} beside it"
-        others = more if len(self.files) > 1 else ""
-        return " ".join((f"{what} saved to {path}{others}.", *self.notes))
+        return f"{what} saved to {path}{more if len(self.files) > 1 else ''}"
+
+    def words(self) -> str:
+        """The same with all remarks."""
+        return " ".join((f"{self.saved()}.", *self.notes))
 
 
 @dataclass(frozen=True)

@@ -17,9 +17,6 @@ class FrameFlag:
     frame: int
     landmark: str = ""  # empty: the whole frame
     kind: str = REVIEW  # :data:`GAP`, :data:`REVIEW`, or any other word
-    note: str = ""
-    who: str = ""
-    at: str = ""
 
 
 @dataclass(frozen=True)
@@ -39,7 +36,7 @@ class Marks:
     def flags(self) -> tuple[FrameFlag, ...]:
         """Flags of all frames, by frame."""
         rows = self._access.rows(
-            "SELECT frame, landmark, kind, note, who, at FROM frame_flag"
+            "SELECT frame, landmark, kind FROM frame_flag"
             " WHERE deleted = 0 ORDER BY frame, landmark"
         )
         return tuple(FrameFlag(*row) for row in rows)
@@ -75,13 +72,9 @@ def flag_frames(flags: Sequence[FrameFlag], *, off: bool = False) -> Edit:
         for flag in flags:
             key: Row = (flag.frame, flag.landmark, flag.kind)
             before = state.row(FRAME_FLAG, key)
-            if off and (before is None or before[-1]):
-                continue
-            if not off and before is not None and (before[0], before[-1]) == (flag.note, 0):
-                continue
-            note = before[0] if off and before is not None else flag.note
-            after = (note, flag.who or stamp.who, flag.at or stamp.at, int(off))
-            yield Change(FRAME_FLAG, key, before, after)
+            if off == (before is not None and not before[-1]):
+                note = "" if before is None else before[0]  # of files by others; nobody shows it
+                yield Change(FRAME_FLAG, key, before, (note, stamp.who, stamp.at, int(off)))
 
     first = flags[0]
     what = f"{first.landmark.replace('_', ' ')}, " if first.landmark else ""

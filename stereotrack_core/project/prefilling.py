@@ -11,12 +11,6 @@ from types import MappingProxyType
 
 import numpy as np
 
-from stereotrack_core.annotation.accepting import (
-    ACCEPTED_SIGMA,
-    Acceptance,
-    acceptable,
-    guessed_if_hidden,
-)
 from stereotrack_core.annotation.click import Click, Prediction
 from stereotrack_core.annotation.detected_body import body_predictions
 from stereotrack_core.annotation.fit.results import GAP, TrajectoryFit
@@ -24,7 +18,13 @@ from stereotrack_core.annotation.follow import follow_clicks
 from stereotrack_core.annotation.landmark_filter import ProposalQuestion
 from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.annotation.predict import projected_landmarks
-from stereotrack_core.annotation.propose import PROPOSED, Proposer
+from stereotrack_core.annotation.propose import (
+    ACCEPTED_SIGMA,
+    PROPOSED,
+    Acceptance,
+    Proposer,
+    acceptable,
+)
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.proportions import Proportions
 from stereotrack_core.counting import counted
@@ -179,8 +179,8 @@ def accept_predictions(
     found: list[Prediction] = []
     for source in sources:
         every = project.predictions.of_source(source)
-        here = guessed_if_hidden([one for one in every if one.frame in selection.frames], cameras)
-        found += project.predictions.unclicked(one for one in here if selection.has(one.landmark))
+        here = (p for p in every if p.frame in selection.frames and selection.has(p.landmark))
+        found += project.predictions.unclicked(here)
     if not found:
         what = f"there are no {called} in {selection.words()}"
         raise InputError(what, remedy="Predict points for this selection first, then accept them.")

@@ -24,7 +24,7 @@ _IMPORT = "If another tool made it, run `stereotrack calibrate import`."
 def read_calibration(path: Path) -> dict[str, Camera]:
     """Cameras by name, lengths in metres; InputError at the first thing that is wrong."""
     complaints: list[InputError] = []
-    cameras, _ = parse_calibration(path, complaints)
+    cameras, *_ = parse_calibration(path, complaints)
     if complaints:
         raise complaints[0]
     return cameras
@@ -32,10 +32,11 @@ def read_calibration(path: Path) -> dict[str, Camera]:
 
 def parse_calibration(
     path: Path, complaints: list[InputError]
-) -> tuple[dict[str, Camera], frozenset[str] | None]:
+) -> tuple[dict[str, Camera], frozenset[str] | None, bool]:
     """The cameras that can be used; everything wrong is appended to `complaints`.
 
-    Also the names of all cameras in the file, usable or not; None where it cannot be read.
+    Also the names of all cameras in the file, usable or not (None where it cannot be read), and
+    whether it says of itself that it was guessed.
     """
     try:
         content = load_toml(path)
@@ -43,8 +44,9 @@ def parse_calibration(
         if path.suffix.lower() != ".toml" and path.is_file():
             error = InputError(error.what, error.where, _IMPORT)
         complaints.append(error)
-        return {}, None
-    metres = _metres_per_unit(content, path, complaints)
+        return {}, None, False
+    metadata = _metadata(content)
+    metres = _metres_per_unit(metadata, path, complaints)
     cameras: dict[str, Camera] = {}
     sections = {key: values for key, values in content.items() if isinstance(values, Mapping)}
     for section, values in sections.items():
@@ -62,12 +64,19 @@ def parse_calibration(
         keys = "name, size, matrix, distortions, rotation, translation"
         remedy = f"Add a section with {keys}. {_IMPORT}"
         complaints.append(InputError("it contains no camera", path, remedy))
-    return cameras, frozenset(str(one["name"]) for one in sections.values() if "name" in one)
+    names = frozenset(str(one["name"]) for one in sections.values() if "name" in one)
+    return cameras, names, metadata.get("guess") is True
 
 
-def _metres_per_unit(content: Mapping[str, Any], path: Path, complaints: list[InputError]) -> float:
+def _metadata(content: Mapping[str, Any]) -> Mapping[str, Any]:
     metadata = content.get("metadata")
-    units = metadata.get("units") if isinstance(metadata, Mapping) else None
+    return metadata if isinstance(metadata, Mapping) else {}
+
+
+def _metres_per_unit(
+    metadata: Mapping[str, Any], path: Path, complaints: list[InputError]
+) -> float:
+    units = metadata.get("units")
     if isinstance(units, str) and units in _METRES_PER_UNIT:
         return _METRES_PER_UNIT[units]
     unstated = "the unit of the translations is not stated"
@@ -147,15 +156,6 @@ def _numbers(
     return None
 
 
-def is_guess(path: Path) -> bool:
-    """Whether a calibration says of itself that it was guessed; False where it cannot be read."""
-    try:
-        metadata = load_toml(path).get("metadata")
-    except InputError:
-        return False
-    return isinstance(metadata, Mapping) and metadata.get("guess") is True
-
-
 def write_calibration(path: Path, cameras: Cameras, *, guessed: bool = False) -> None:
     """Write cameras, lengths in metres; `guessed`: whether to state that nobody measured them."""
     sections = (section_of(camera, 1.0) for camera in cameras.values())
@@ -182,7 +182,7 @@ def edited_calibration(path: Path, cameras: Cameras) -> str:
     """The text of a calibration with these cameras changed; InputError where it cannot be read."""
     content = load_toml(path)
     complaints: list[InputError] = []
-    metres = _metres_per_unit(content, path, complaints)
+    metres = _metres_per_unit(_metadata(content), path, complaints)
     if complaints:
         raise complaints[0]
     for section in content.values():

@@ -36,17 +36,13 @@ def examine(folder: Path, deep: bool = False, *, compare: bool = False) -> tuple
     recording = describe(folder, complaints)
     findings = [Finding.of(error) for error in complaints]
     if recording is not None:
-        paced = not any((error.where or "").endswith(", fps") for error in complaints)
-        findings += _check(
-            recording, readable=not complaints, paced=paced, deep=deep, compare=deep or compare
-        )
+        findings += _check(recording, readable=not complaints, deep=deep, compare=deep or compare)
     return by_severity(findings)
 
 
-def examine_described(recording: Recording, *, compare: bool = True) -> tuple[Finding, ...]:
-    """The same of a recording that was read without complaints, its images not decoded."""
-    checks = _check(recording, readable=True, paced=True, deep=False, compare=compare)
-    return by_severity(checks)
+def examine_described(recording: Recording) -> tuple[Finding, ...]:
+    """The same of a recording that was read without complaints, by its files alone."""
+    return by_severity(_check(recording, readable=True, deep=False, compare=False))
 
 
 def by_severity(findings: Iterable[Finding]) -> tuple[Finding, ...]:
@@ -54,9 +50,7 @@ def by_severity(findings: Iterable[Finding]) -> tuple[Finding, ...]:
     return tuple(sorted(findings, key=lambda finding: ORDER[finding.severity]))
 
 
-def _check(
-    recording: Recording, *, readable: bool, paced: bool, deep: bool, compare: bool
-) -> Iterator[Finding]:
+def _check(recording: Recording, *, readable: bool, deep: bool, compare: bool) -> Iterator[Finding]:
     if recording.guessed:
         what = "the cameras are guessed from the size of the images"
         then = "replace it with a calibration of these cameras"
@@ -67,8 +61,8 @@ def _check(
     yield from _check_subject(recording)
     lasting: dict[str, int] = {}
     for view in recording.views:
-        for key, stream in view.streams().items():
-            yield from _check_stream(recording, view, key, stream, lasting, paced)
+        for key in view.streams():
+            yield from _check_stream(recording, view, key, lasting, readable)
         yield from _check_background(view)
     yield from _check_lengths(lasting)
     frame_count = max(0, min(lasting.values(), default=0))
@@ -86,8 +80,9 @@ def _check(
 
 
 def _check_stream(
-    recording: Recording, view: View, key: str, stream: Stream, lasting: dict[str, int], paced: bool
+    recording: Recording, view: View, key: str, lasting: dict[str, int], readable: bool
 ) -> Iterator[Finding]:
+    stream = view.streams()[key]
     where = f"recording.toml, view {view.name}, {key}"
     try:
         source = open_stream(recording.folder, stream.frames, "grey", where)
@@ -96,7 +91,7 @@ def _check_stream(
     try:
         lasting[f"{view.name} {key}"] = source.count() - stream.shift(recording.fps)
         if isinstance(source, VideoStream):
-            yield from _check_video(where, stream, source, recording.fps if paced else None)
+            yield from _check_video(where, stream, source, recording.fps if readable else None)
         elif missing := source.missing():
             between = f"between the first and the last of {stream.frames!r}"
             first = f"(the first missing one is number {missing[0]})"

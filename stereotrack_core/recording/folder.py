@@ -14,7 +14,7 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera, is_padded
 from stereotrack_core.reading import SETTINGS_BYTES, open_file, read_bytes
 from stereotrack_core.recording import description
-from stereotrack_core.recording.calibration import is_guess, parse_calibration
+from stereotrack_core.recording.calibration import parse_calibration
 from stereotrack_core.recording.description import Cameras
 from stereotrack_core.recording.images import is_pattern, numbered_files
 from stereotrack_core.recording.landmarks import LandmarkTrajectory, read_landmarks
@@ -183,8 +183,8 @@ def _cameras(folder: Path, table: Table) -> tuple[Cameras, frozenset[str] | None
     path = _optional(folder, table, "calibration", lambda path: path)
     if path is None:
         return {}, None, False
-    cameras, stated = parse_calibration(path, table.complaints)
-    return cameras, None if stated is None else stated - set(cameras), is_guess(path)
+    cameras, stated, guessed = parse_calibration(path, table.complaints)
+    return cameras, None if stated is None else stated - set(cameras), guessed
 
 
 def _optional(folder: Path, table: Table, key: str, read: Callable[[Path], T]) -> T | None:

@@ -15,7 +15,6 @@ from stereotrack_core.recording.reader import FrameReader, ViewImages
 _DARK_SHARE = 0.35  # of what is usual in the view
 _DARK_LEVEL = 40.0  # grey value that 98 % of a dark image do not reach; empty borders do not count
 _BRIGHT_LEVEL = 250.0  # mean grey value of an image that shows nothing any more
-_FOREIGN_BACKGROUND = 40.0  # median difference in grey values to a picture of another scene
 _FROZEN_FRAMES = 5
 _GAIN_RATIO = 1.2
 STEP = 4  # only every so many pixels in each direction are looked at
@@ -31,13 +30,6 @@ class _Watched:
     repeated: list[bool] = field(default_factory=list)
     depth_share: list[float] = field(default_factory=list)
     last: NDArray[Any] | None = None
-    like_left: list[bool] = field(default_factory=list)
-    background: NDArray[Any] | None = None
-
-    @property
-    def shows_something(self) -> bool:
-        """Whether the images are neither all dark nor all white."""
-        return max(self.highlights) >= _DARK_LEVEL and min(self.brightness) <= _BRIGHT_LEVEL
 
     def add(self, k: int, image: NDArray[Any]) -> None:
         small = image[::STEP, ::STEP]
@@ -50,7 +42,7 @@ class _Watched:
 
 
 def check_images(recording: Recording) -> Iterator[Finding]:
-    """Damaged frames, dark or frozen stretches, pairs and backgrounds that do not fit."""
+    """Damaged frames, dark or frozen stretches, and stretches without depth."""
     watched: dict[tuple[str, str], _Watched] = {}
     problems: dict[str, list[str]] = {}
     with FrameReader(recording, colour=False, cache_bytes=64 * 1024 * 1024) as reader:
@@ -60,10 +52,6 @@ def check_images(recording: Recording) -> Iterator[Finding]:
                 problems.setdefault(view, []).append(problem)
             for view, images in frame_set.views.items():
                 _watch(watched, view, images, k)
-        for (view, key), one in watched.items():
-            empty = reader.background(view)
-            if empty is not None:
-                one.background = empty[0] if key == "left" else empty[1]
     for view, sentences in problems.items():
         first = sentences[0].rstrip(".")
         what = f"{len(sentences)} frames cannot be decoded; the first: {first}"
@@ -72,12 +60,6 @@ def check_images(recording: Recording) -> Iterator[Finding]:
         yield Finding("error", f"view {view}", what, remedy)
     for (view, key), one in watched.items():
         yield from _check_darkness(f"view {view}, {key}", one)
-        yield from _check_background(f"view {view}, {key}", one)
-    for (view, _), one in watched.items():
-        if one.like_left and all(one.like_left) and one.shows_something:
-            what = "the left and right images are identical, so there is no depth"
-            remedy = "Give each camera of the stereo pair its own file."
-            yield Finding("error", f"view {view}", what, remedy)
     yield from _check_frozen(watched)
     yield from _check_gain(watched)
     for (view, _), one in watched.items():
@@ -94,9 +76,6 @@ def _watch(watched: dict[tuple[str, str], _Watched], view: str, images: ViewImag
     key = "image" if images.left is None else "right"
     one = watched.setdefault((view, key), _Watched())
     one.add(k, images.image)
-    if images.left is not None:
-        same = np.array_equal(images.left[::STEP, ::STEP], images.image[::STEP, ::STEP])
-        one.like_left.append(bool(same))
     if images.depth is not None:
         one.depth_share.append(float(np.isfinite(images.depth[::STEP, ::STEP]).mean()))
 
@@ -117,16 +96,6 @@ def _check_darkness(where: str, one: _Watched) -> Iterator[Finding]:
     for part in stretches_of(dark):
         what = f"the view is dark from frame {one.frames[part[0]]} to {one.frames[part[-1]]}"
         yield Finding("warning", where, what, "Exclude these frames or this view.")
-
-
-def _check_background(where: str, one: _Watched) -> Iterator[Finding]:
-    if one.background is None or one.last is None or not one.shows_something:
-        return
-    empty = one.background[::STEP, ::STEP].astype(np.float64)
-    if float(np.median(np.abs(empty - one.last))) > _FOREIGN_BACKGROUND:
-        what = "the background image does not match the scene of the images"
-        remedy = "Take it with this camera, from the same position and with the same exposure."
-        yield Finding("warning", f"{where}, background", what, remedy)
 
 
 def _check_frozen(watched: dict[tuple[str, str], _Watched]) -> Iterator[Finding]:

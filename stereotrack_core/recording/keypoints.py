@@ -21,14 +21,7 @@ TextArray: TypeAlias = NDArray[np.str_]
 
 @dataclass(frozen=True, eq=False)
 class Keypoints:
-    """Predicted keypoints, one in a row; N rows, in the order of their frames.
-
-    Examples
-    --------
-    >>> found = read_keypoints(KeypointSource(Path("keypoints.json"), recording))
-    >>> found.keypoints.of_frame(12).keypoint
-    array(['left_wrist', 'right_wrist'], dtype='<U11')
-    """
+    """Predicted keypoints, one in a row; N rows, in the order of their frames."""
 
     frame: IntArray  # (N,). Of the recording, counted from 0.
     camera: TextArray  # (N,). Name of the camera in the calibration.

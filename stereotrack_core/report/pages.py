@@ -97,8 +97,9 @@ def limb_curves(
             _chance(ax, run.frame, run.limb_lost[:, place])
         else:
             ax.fill_between(*sigma, color="#57606a", alpha=0.18, linewidth=0)
-            degrees = np.degrees(errors.of_limb(limb))
-            ax.plot(*_with_gaps(errors.frame, degrees), color=colour, linewidth=1.4)
+            ax.plot(
+                *_with_gaps(errors.frame, errors.degrees[:, place]), color=colour, linewidth=1.4
+            )
             ax.axhline(float(np.degrees(LOST_ANGLE)), color="#57606a", linewidth=0.7, linestyle=":")
         for failure in failures:
             if limb in failure.limbs:
@@ -113,12 +114,8 @@ def limb_curves(
 
 def _highest(run: Run, errors: LimbErrors | None) -> float:
     """Where all panels end: at the largest value, 60 at least and 180 at most."""
-    values = [run.limb_sigma_deg.ravel()]
-    if errors is not None:
-        values = [np.degrees(errors.of_limb(limb)) for limb in _ORDER]
-    known = np.concatenate(values)
-    known = known[np.isfinite(known)]
-    most = float(known.max()) if known.size else 0.0
+    values = run.limb_sigma_deg if errors is None else errors.degrees
+    most = float(np.max(values, initial=0.0, where=np.isfinite(values)))
     return float(np.clip(1.1 * most, 60.0, 180.0))
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from stereotrack_core.annotation.reference import Reference
 from stereotrack_core.errors import Finding, InputError
 from stereotrack_core.evaluation.accuracy import Accuracy, accuracy_of
-from stereotrack_core.evaluation.failure_segments.drawing import strip_of
+from stereotrack_core.evaluation.failure_segments.film import strip_of
 from stereotrack_core.evaluation.failure_segments.find import FailureSearch, find_failures
 from stereotrack_core.evaluation.failure_segments.segment import (
     CAUSE_WORDS,
@@ -24,7 +24,6 @@ from stereotrack_core.evaluation.summary import Summary
 from stereotrack_core.recording.description import LENGTHS, Recording, Segment
 from stereotrack_core.recording.findings import examine
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
-from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.tables import Table, number
 from stereotrack_core.tracking.frame import Run
 from stereotrack_core.tracking.parameters import Settings
@@ -98,13 +97,11 @@ def _cut(run: Run, frames: range | None) -> Run:
     first, end = (0, np.inf) if frames is None else (frames.start, frames.stop)
     inside = (run.frame >= first) & (run.frame < end)
     if not inside.any():
-        raise InputError(
-            "the run has none of these frames" if len(run.frame) else "the run has no frames",
-            "--frames",
-            "Choose frames that the run contains."
-            if len(run.frame)
-            else "Track the recording first.",
-        )
+        what, remedy = "the run has no frames", "Track the recording first."
+        if len(run.frame):
+            what = "the run has none of these frames"
+            remedy = "Choose frames that the run contains."
+        raise InputError(what, "--frames", remedy)
     names = (
         *("frame", "landmarks", "x", "P", "tracked", "unexplained_fraction", "residual"),
         *("innovation", "limb_sigma_deg", "limb_lost", "seconds"),
@@ -131,15 +128,14 @@ def _failures(source: Source, work: Work) -> tuple[ShownFailure, ...]:
         return tuple(ShownFailure(failure) for failure in found)
     longest = sorted(found, key=lambda e: e.first - e.last)[:MOST_STRIPS]
     shown = []
-    with FrameReader(recording, read_ahead=0) as reader:
-        for i, failure in enumerate(found):
-            work.step(0.6 + 0.4 * i / len(found), "rendering failures")
-            strip = None
-            if failure in longest:
-                picture = strip_of(searched, recording, failure, reader)
-                done, data = cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, _QUALITY])
-                strip = data.tobytes() if done else None
-            shown.append(ShownFailure(failure, strip))
+    for i, failure in enumerate(found):
+        work.step(0.6 + 0.4 * i / len(found), "rendering failures")
+        strip = None
+        if failure in longest:
+            picture = strip_of(searched, recording, failure)
+            done, data = cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, _QUALITY])
+            strip = data.tobytes() if done else None
+        shown.append(ShownFailure(failure, strip))
     return tuple(shown)
 
 

@@ -22,16 +22,10 @@ from stereotrack_core.simulation import skeleton
 from stereotrack_core.simulation.actor import Actor, actor
 from stereotrack_core.simulation.motions import Chain, Part, motion_names, parts_of, scheduled
 from stereotrack_core.simulation.postures import line_path, walk
-from stereotrack_core.simulation.render import CameraRenderer, DepthCamera, Posed, depth_view
-from stereotrack_core.simulation.rig import (
-    Disturber,
-    SceneOptions,
-    check_strengths,
-    rig,
-    sensor,
-    view_names,
-)
+from stereotrack_core.simulation.render import CameraRenderer, Posed
+from stereotrack_core.simulation.rig import SceneOptions, rig, sensor, view_names
 from stereotrack_core.simulation.room import noise_lattice, room
+from stereotrack_core.simulation.shading import Lamp
 from stereotrack_core.work import NO_WORK, Work
 
 _WAYS = (((-3.9, -2.2), (3.3, -2.4)), ((3.3, 2.3), (-3.0, 2.4)))
@@ -40,24 +34,16 @@ _PAUSE_SECONDS, _WALK_SECONDS = 2.0, 6.5
 
 
 def _passer_by(
-    main: skeleton.Person, options: SceneOptions, frames: int, distance: float | None
+    main: skeleton.Person, options: SceneOptions, frames: int
 ) -> tuple[Actor, Sequence[skeleton.JointState | None]]:
-    """Another person than `main`, who walks past, is away (None), and comes back elsewhere.
-
-    With a `distance` from the middle of the room in metres he begins at once, and stays between
-    the furniture.
-    """
-    ways = _WAYS
-    if distance is not None:
-        ways = ((-2.2, -distance), (3.4, -distance)), ((3.2, distance), (-2.0, distance))
+    """Another person than `main`, who walks past, is away (None), and comes back elsewhere."""
     names = list(skeleton.PEOPLE)
     other = skeleton.PEOPLE[names[(names.index(main.name) + 1) % len(names)]]
     pause = round(_PAUSE_SECONDS * options.fps / options.pace)
     count = max(2, round(_WALK_SECONDS * options.fps / options.pace))
     states: list[skeleton.JointState | None] = []
-    for start, end in cycle(ways):
-        if states or distance is None:
-            states += [None] * pause
+    for start, end in cycle(_WAYS):
+        states += [None] * pause
         states += walk(other, line_path(np.array(start), np.array(end)), count)
         if len(states) >= frames:
             break
@@ -73,8 +59,6 @@ class Scene:
     passer: tuple[Actor, Sequence[skeleton.JointState | None]] | None
     cameras: Cameras
     renderers: Mapping[str, CameraRenderer]
-    disturber: Disturber
-    turned: Mapping[str, CameraRenderer]  # cameras that are bumped, as they stand from half time on
 
     def people(self, frame: int) -> tuple[list[Posed], FloatArray]:
         """Everybody in a frame, posed, and the landmarks (9, 3) of the one who matters."""
@@ -86,22 +70,16 @@ class Scene:
                 people.append(Posed(other, *other.posed(skeleton.posed_bones(other.person, state))))
         return people, skeleton.landmarks(self.actor.person, bones)
 
-    def picture(self, camera: str, people: Sequence[Posed], frame: int) -> ImageArray:
-        """What a camera sees in a frame, (H, W) or (H, W, 3) uint8."""
-        bumped = 2 * frame >= self.disturber.frames
-        renderers = self.turned if bumped and camera in self.turned else self.renderers
-        return renderers[camera].picture(people, frame)
-
 
 @dataclass(frozen=True)
 class Simulation:
     """What to simulate.
 
-    Raises InputError for an unknown name, an impossible strength, no frames or a negative seed.
+    Raises InputError for an unknown name, no frames or a negative seed.
 
     Examples
     --------
-    >>> Simulation(person="P2", frames=60, disturbances={"exposure": 0.3}).motion
+    >>> Simulation(person="P2", frames=60).motion
     'cross-arms'
     """
 
@@ -113,8 +91,6 @@ class Simulation:
     seed: int = 0  # the same seed gives the same pictures and truth
     options: SceneOptions = field(default_factory=SceneOptions)
     parts: tuple[Part, ...] = ()  # what happens at which frames, instead of `motion`
-    disturbances: Mapping[str, float] = field(default_factory=dict)
-    """Strengths by kind; the truth, and what is said of the cameras, stay as they are."""
 
     def __post_init__(self) -> None:
         if self.frames < 1:
@@ -123,10 +99,6 @@ class Simulation:
         if self.seed < 0:
             raise InputError(f"the seed {self.seed} is negative", "--seed", "Give 0 or more.")
         skeleton.person_named(self.person), motion_names(self.motion), view_names(self.views)
-        check_strengths(self.disturbances)
-        if self.disturbances and self.options.kind != "stereo":
-            what = "only stereo recordings can be disturbed"
-            raise InputError(what, "--disturb", "Leave out --set kind=depth.")
 
     @property
     def who(self) -> skeleton.Person:
@@ -140,27 +112,19 @@ def build_scene(made: Simulation, workers: Executor) -> Scene:
     options, seed, person = made.options, made.seed, made.who
     cameras = rig(view_names(made.views), options, seed)
     things, lattice = room(furnished=options.furnished), noise_lattice(seed)
-    disturber = Disturber(made.disturbances, seed, options.fps, made.frames)
+    lamp = Lamp.of(options.shadow, seed)
 
     def renderer(camera: Camera) -> CameraRenderer:
-        chosen = sensor(options, seed, camera.name)
-        return CameraRenderer(camera, chosen, things, lattice, disturber)
+        return CameraRenderer(camera, sensor(options, seed, camera.name), things, lattice, lamp)
 
-    turned = disturber.turned(cameras)
-    renderers = list(workers.map(renderer, [*cameras.values(), *turned.values()]))
+    renderers = workers.map(renderer, cameras.values())
     parts = made.parts or parts_of(motion_names(made.motion), made.frames, options)
-    distance = made.disturbances.get("passer")
-    passer = None
-    if options.second_person or distance is not None:
-        passer = _passer_by(person, options, made.frames, distance)
     return Scene(
         actor(person, options.clothes),
         scheduled(person, parts, made.frames),
-        passer,
+        _passer_by(person, options, made.frames) if options.second_person else None,
         cameras,
-        dict(zip(cameras, renderers, strict=False)),
-        disturber,
-        dict(zip(turned, renderers[len(cameras) :], strict=True)),
+        dict(zip(cameras, renderers, strict=True)),
     )
 
 
@@ -185,43 +149,30 @@ def simulate(folder: Path, simulation: Simulation | None = None, work: Work = NO
     load_before_threads()
     with filling(folder) as workplace, ThreadPoolExecutor(_WORKERS) as workers:
         scene = build_scene(made, workers)
-        crf = int(made.disturbances.get("compress", 0 if o.lossless else _CRF))
+        crf = 0 if o.lossless else _CRF
         form = partial(
             VideoWriter, fps=o.fps, width=o.width, height=o.height, colour=o.colour, crf=crf
         )
         with ExitStack() as opened:
             paths = {camera: workplace / f"{camera}.mp4" for camera in scene.cameras}
             videos = {camera: opened.enter_context(form(path)) for camera, path in paths.items()}
-            if o.background_images and o.kind == "stereo":
+            if o.background_images:
                 for camera, renderer in scene.renderers.items():
                     write_png(workplace / f"{camera}_background.png", renderer.background())
-            depth_cameras = scene.renderers if o.kind == "depth" else {}
-            sensors = {
-                name: DepthCamera(renderer, o.focal, workplace / name, (made.seed, ord(name)))
-                for name, renderer in depth_cameras.items()
-            }
             truth = []
             for frame in range(made.frames):
                 work.step(frame / made.frames, f"frame {frame}")
-                truth.append(_make_frame(scene, frame, videos, sensors, workers))
+                truth.append(_make_frame(scene, frame, videos, workers))
         _describe(workplace, folder.name, made, scene, np.array(truth))
 
 
 def _make_frame(
-    scene: Scene,
-    frame: int,
-    videos: Mapping[str, VideoWriter],
-    sensors: Mapping[str, DepthCamera],
-    workers: Executor,
+    scene: Scene, frame: int, videos: Mapping[str, VideoWriter], workers: Executor
 ) -> FloatArray:
     people, points = scene.people(frame)
-    instants = {name: scene.disturber.instant(name, videos, frame) for name in videos}
-    shown = {at: people if at == frame else scene.people(at)[0] for at in {*instants.values()}}
 
     def drawn(camera: str) -> ImageArray:
-        if camera in sensors:
-            sensors[camera].write(people, frame)
-        return scene.picture(camera, shown[instants[camera]], frame)
+        return scene.renderers[camera].picture(people, frame)
 
     # Encoded in one thread: two encoders at once made other bits of one frame in a thousand.
     for camera, picture in zip(videos, workers.map(drawn, videos), strict=True):
@@ -234,14 +185,12 @@ def _describe(folder: Path, name: str, made: Simulation, scene: Scene, truth: Fl
     o = made.options
 
     def stream(camera: str) -> Stream:
-        background = o.background_images and o.kind == "stereo"
-        return Stream(camera, f"{camera}.mp4", f"{camera}_background.png" if background else None)
+        background = f"{camera}_background.png" if o.background_images else None
+        return Stream(camera, f"{camera}.mp4", background)
 
     names = dict.fromkeys(camera.partition("_")[0] for camera in scene.cameras)
     views = [
-        depth_view(name, stream(name))
-        if o.kind == "depth"
-        else View(name, "stereo", image=stream(f"{name}_right"), left=stream(f"{name}_left"))
+        View(name, "stereo", image=stream(f"{name}_right"), left=stream(f"{name}_left"))
         for name in names
     ]
     frames = np.arange(len(truth), dtype=np.int64)

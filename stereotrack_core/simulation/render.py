@@ -1,22 +1,18 @@
-"""Pictures of a scene by one camera, and what a depth camera measures of it."""
+"""Pictures of a scene by one camera, and the true depths in them."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
-from pathlib import Path
+from dataclasses import dataclass
 
-import cv2
 import numpy as np
 
-from stereotrack_core.arrays import BoolArray, Float32Array, FloatArray, ImageArray
+from stereotrack_core.arrays import Float32Array, FloatArray, ImageArray
 from stereotrack_core.geometry.camera import Camera
-from stereotrack_core.recording.description import Stream, View
-from stereotrack_core.recording.images import counts_of
-from stereotrack_core.recording.writing import write_png
 from stereotrack_core.simulation.actor import Actor
-from stereotrack_core.simulation.rig import UNDISTURBED, Disturber, Sensor
+from stereotrack_core.simulation.rig import Sensor
 from stereotrack_core.simulation.room import ROOM_MATERIALS, Things, material_table
 from stereotrack_core.simulation.shading import (
     SAMPLES,
+    Lamp,
     Raster,
     Samples,
     Shadows,
@@ -52,11 +48,11 @@ class CameraRenderer:
         sensor: Sensor,
         things: Things,
         lattice: Float32Array,
-        disturber: Disturber = UNDISTURBED,
+        lamp: Lamp | None = None,
     ) -> None:
         self._camera = camera
         self._sensor = sensor
-        self._disturber = disturber
+        self._lamp = lamp
         self._lattice = lattice
         height, width = SAMPLES * camera.height, SAMPLES * camera.width
         self._depth = np.zeros((height, width), np.float32)
@@ -69,20 +65,18 @@ class CameraRenderer:
         stuff = Stuff(material_table(ROOM_MATERIALS), things.stuff[samples.triangle], points[:, 2])
         self._light[samples.where] = shade(points, normals, stuff, lattice, sensor.response)
         self._empty = _averaged(self._light)
-        needed = not {"shadow", "shade"}.isdisjoint(disturber.strengths)
-        self._shaded = (samples, points, _flat(samples, things.normals)) if needed else None
+        self._shaded = samples, points, _flat(samples, things.normals)
 
     def background(self) -> ImageArray:
         """The empty scene."""
-        return self._exposed(self._empty, -1)
+        return self._sensor.exposed(self._empty, -1)
 
     def picture(self, people: Sequence[Posed], frame: int) -> ImageArray:
         """The scene with people in it."""
         projected = [self._projected(posed.vertices) for posed in people]
-        surfaces = [(posed.actor.triangles, posed.vertices) for posed in people]
-        shadows = Shadows.of(self._disturber, surfaces, frame)
-        room, light = self._light, self._empty
-        if shadows is not None and self._shaded is not None:
+        room, light, shadows = self._light, self._empty, None
+        if self._lamp is not None:
+            shadows = self._lamp.shadows((one.actor.triangles, one.vertices) for one in people)
             samples, points, normals = self._shaded
             room = room.copy()
             room[samples.where] *= shadows.left_light(points, normals, False)[:, None]
@@ -92,13 +86,7 @@ class CameraRenderer:
             rows, columns = box
             light = light.copy()
             light[rows, columns] = self._drawn(people, projected, box, room, shadows)
-        return self._exposed(light, frame)
-
-    def _exposed(self, light: Float32Array, frame: int) -> ImageArray:
-        """Picture of light (H, W, c); frame -1 is the empty scene."""
-        light = self._disturber.on_sensor(self._camera.name, light, frame)
-        sensor = self._sensor if frame < 0 else self._disturber.sensor(self._sensor)
-        return sensor.exposed(light, frame)
+        return self._sensor.exposed(light, frame)
 
     def depth(self, people: Sequence[Posed]) -> Float32Array:
         """True depth (H, W) along the camera's z in metres, of the pixels' upper left samples."""
@@ -178,87 +166,3 @@ def _averaged(light: Float32Array) -> Float32Array:
     height, width, channels = light.shape
     blocks = light.reshape(height // SAMPLES, SAMPLES, width // SAMPLES, SAMPLES, channels)
     return np.asarray(blocks.mean(axis=(1, 3), dtype=np.float32))
-
-
-_SCALE = 43.5  # focal length (580 px) times base line (75 mm) of the first Kinect
-_STEP = 0.125  # pixels of disparity between two values that it distinguishes
-
-_NOISE = 0.062
-"""Pixels of disparity, standard deviation: 1.4 mm at 1 m, growing with the square of the range
-(Khoshelham and Elberink 2012, doi:10.3390/s120201437)."""
-
-_ALIKE = 1.0  # pixels over which errors are alike, standard deviation of the smoothing
-_FRAYED = 0.4  # pixels by which edges are displaced, standard deviation
-
-_BASELINE = 0.075
-"""Metres from the projector to the camera: beside edges the camera sees what it does not light."""
-
-_DEPTH, _MASK = "depth/%06d.png", "mask/%06d.png"
-_UNIT = 0.001
-_NEAREST, _FARTHEST = 0.3, 6.0
-_BEFORE_ROOM = 0.08  # metres by which the person is in front of the empty room
-
-
-@dataclass(frozen=True, eq=False)
-class DepthCamera:
-    """Measures the scene that a renderer draws; `stream` decides the noise, as of a sensor."""
-
-    renderer: CameraRenderer
-    focal: float  # pixels
-    folder: Path  # of its images
-    stream: tuple[int, int]
-    empty: Float32Array = field(init=False)  # (H, W), metres. True ranges of the empty room.
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "empty", self.renderer.depth(()))
-
-        for images in (_DEPTH, _MASK):
-            (self.folder / images).parent.mkdir(parents=True)
-
-    def write(self, people: Sequence[Posed], frame: int) -> None:
-        """Store depth image and mask of a frame."""
-        ranges, person = self.measured(people, frame)
-        write_png(self.folder / (_DEPTH % frame), counts_of(ranges, _UNIT))
-        write_png(self.folder / (_MASK % frame), person)
-
-    def measured(self, people: Sequence[Posed], frame: int) -> tuple[Float32Array, BoolArray]:
-        """Ranges (H, W) in metres, NaN without, and the mask of who is there, made of these."""
-        rng = np.random.default_rng([*self.stream, 3, frame])
-        true = self.renderer.depth(people)
-        shift = self.focal * _BASELINE / np.maximum(true, _NEAREST)
-        lit = ~_in_shadow(shift.astype(np.float32))
-        z = _frayed(np.where(lit, true, np.nan).astype(np.float32), rng)
-        z[z > _FARTHEST] = np.nan
-        noise = cv2.GaussianBlur(rng.standard_normal(z.shape, np.float32), (0, 0), _ALIKE)
-        disparity = _SCALE / z + _NOISE * (noise / noise.std()).astype(np.float32)
-        ranges = _SCALE / (np.round(disparity / _STEP) * _STEP)
-        with np.errstate(invalid="ignore"):
-            person = ranges < self.empty - _BEFORE_ROOM
-        return ranges.astype(np.float32), person
-
-
-def depth_view(name: str, picture: Stream) -> View:
-    """The view whose images a depth camera with its name as folder has written."""
-    depth, mask = Stream(name, f"{name}/{_DEPTH}"), Stream("", f"{name}/{_MASK}")
-    return View(name, "depth", picture, depth=depth, depth_unit=_UNIT, mask=mask)
-
-
-def _in_shadow(disparity: Float32Array) -> BoolArray:
-    """Pixels (H, W) that something nearer keeps from the projector's light."""
-    height, width = disparity.shape
-    lines = np.arange(height)[:, None]
-    margin = int(np.ceil(disparity.max())) + 1
-    column = np.rint(np.arange(width) + disparity).astype(np.int64)
-    nearest = np.zeros((height, width + margin))
-    np.maximum.at(nearest, (lines, column), disparity)
-    return np.asarray(nearest[lines, column] > disparity + 1.0)
-
-
-def _frayed(z: Float32Array, rng: np.random.Generator) -> Float32Array:
-    """The ranges, each taken from a place beside it: edges are ragged."""
-    height, width = z.shape
-    x, y = np.meshgrid(np.arange(width), np.arange(height))
-    off = _FRAYED * rng.standard_normal((2, height, width))
-    column = np.clip(np.rint(x + off[0]), 0, width - 1).astype(np.int64)
-    line = np.clip(np.rint(y + off[1]), 0, height - 1).astype(np.int64)
-    return np.asarray(z[line, column])

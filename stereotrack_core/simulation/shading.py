@@ -3,10 +3,9 @@
 Vertices come projected by the true camera (distortion included), so that triangles of a few
 pixels give the picture of the distorted lens; every pixel is sampled 2 x 2.
 
-Both a shadow and a shade that wanders through the room are computed on the surfaces of the room and
-of the people, so that all cameras see the same. The shadow is a perspective shadow map (Williams,
-"Casting curved shadows on curved surfaces", 1978) whose edge widens with the distance from what
-casts it (Fernando, "Percentage-closer soft shadows", 2005).
+Shadows are computed on the surfaces of room and people, so that all cameras see the same: by a
+perspective shadow map (Williams, "Casting curved shadows on curved surfaces", 1978) whose
+edge widens with the distance from what casts it (Fernando, "Percentage-closer soft shadows", 2005).
 """
 
 from __future__ import annotations
@@ -21,7 +20,7 @@ import numpy as np
 
 from stereotrack_core.arrays import BoolArray, Float32Array, FloatArray, IntArray
 from stereotrack_core.compiled import compiled
-from stereotrack_core.simulation.rig import Disturber, looking_at
+from stereotrack_core.simulation.rig import looking_at
 
 SAMPLES = 2  # samples per pixel along each axis
 
@@ -239,64 +238,63 @@ _LOOK_AT_HEIGHT, _NEAREST = 0.9, 0.3
 
 _BIAS = 0.05  # metres by which a caster must be nearer to the lamp: nothing shades itself
 _REACH = 21  # pixels (odd) of the map in which things may cast a soft edge on a point
+_LAMP_STREAM = 634802890  # of the random numbers that place the lamp: the shipped demo is made so
 
-_SHADE_SECONDS, _SHADE_WAY, _SHADE_EDGE = 12.0, 1.5, 0.8
-"""Period, amplitude (m) and width (m) of the edge of the shade that wanders."""
+
+@dataclass(frozen=True, eq=False)
+class Lamp:
+    """A lamp at the side, and the share of the light that comes from it."""
+
+    share: float
+    axes: FloatArray  # (4, 3): rotation from world to lamp, whose z is its axis; place of the lamp
+
+    @staticmethod
+    def of(share: float, seed: int) -> Lamp | None:
+        """The lamp of a seed; None without a share."""
+        if not share:
+            return None
+        rng = np.random.default_rng([seed, _LAMP_STREAM])
+        angle, height = rng.uniform(0, 2 * np.pi), rng.uniform(*_LAMP_HEIGHTS)
+        place = np.array([*(_LAMP_DISTANCE * np.array([np.cos(angle), np.sin(angle)])), height])
+        axes = looking_at(place, np.array([0.0, 0.0, _LOOK_AT_HEIGHT]))
+        return Lamp(share, np.vstack([axes, place]))
+
+    def shadows(self, people: Iterable[tuple[IntArray, FloatArray]]) -> Shadows:
+        """Shadows of people: triangles (T, 3) and vertices (V, 3), world, of each."""
+        nearness = np.zeros((_MAP_SIZE, _MAP_SIZE), np.float32)
+        for triangles, vertices in people:
+            x, y, z = (self.axes[:3] @ (vertices - self.axes[3]).T).astype(np.float64)
+            safe = np.maximum(z, _NEAREST)
+            samples = np.column_stack([x, y]) / safe[:, None] * _MAP_FOCAL + (_MAP_SIZE - 1) / 2
+            samples[z < _NEAREST] = np.nan
+            Raster.over(nearness).draw(samples, 1.0 / safe, triangles)
+        reached = np.asarray(cv2.dilate(nearness, np.ones((_REACH, _REACH), np.uint8)), np.float32)
+        return Shadows(self, nearness, reached)
 
 
 @dataclass(frozen=True, eq=False)
 class Shadows:
-    """The light of a frame that people and shade take away from surfaces."""
+    """The light of a lamp that people take away from surfaces in a frame."""
 
-    shadow: float
-    shade: float
-    lamp: FloatArray  # (4, 3): rotation from world to lamp, whose z is its axis; place of the lamp
+    lamp: Lamp
     nearness: Float32Array  # (S, S): 1 / z of the nearest person seen by the lamp, or 0
     reached: Float32Array  # (S, S): greatest `nearness` around each pixel
-    edge: FloatArray  # (4,): direction into the shade, and the distance along it at which it begins
-
-    @staticmethod
-    def of(
-        disturber: Disturber, people: Iterable[tuple[IntArray, FloatArray]], frame: int
-    ) -> Shadows | None:
-        """Shadows in a frame of people: triangles (T, 3) and vertices (V, 3), world, of each.
-
-        None if neither shadow nor shade is chosen.
-        """
-        shadow, shade = (disturber.strengths.get(kind, 0.0) for kind in ("shadow", "shade"))
-        if not shadow and not shade:
-            return None
-        lamp, nearness = _lamp(disturber), np.zeros((_MAP_SIZE, _MAP_SIZE), np.float32)
-        if shadow > 0:
-            for triangles, vertices in people:
-                x, y, z = (lamp[:3] @ (vertices - lamp[3]).T).astype(np.float64)
-                safe = np.maximum(z, _NEAREST)
-                samples = np.column_stack([x, y]) / safe[:, None] * _MAP_FOCAL + (_MAP_SIZE - 1) / 2
-                samples[z < _NEAREST] = np.nan
-                Raster.over(nearness).draw(samples, 1.0 / safe, triangles)
-        reached = np.asarray(cv2.dilate(nearness, np.ones((_REACH, _REACH), np.uint8)), np.float32)
-        return Shadows(shadow, shade, lamp, nearness, reached, _edge(disturber, frame))
 
     def left_light(self, points: FloatArray, normals: FloatArray, is_person: bool) -> FloatArray:
         """Share of the light (N,) that is left at points with normals (N, 3), world."""
-        depth = (along(points, self.edge[:3]) - self.edge[3]) / _SHADE_EDGE + 0.5
-        depth = np.clip(depth, 0.0, 1.0)
-        factor: FloatArray = 1.0 - self.shade * depth * depth * (3.0 - 2.0 * depth)
-        if self.shadow > 0.0:
-            away = points - self.lamp[3]
-            distance = np.sqrt(along(away**2, np.ones(3)))
-            facing = np.clip(-5.0 * along(normals, away.T) / distance, 0.0, 1.0)
-            hidden = self._hidden(away, facing > 0.0)
-            # The lamp shines in the empty scene as well, so that the room's sides that are turned
-            # away from it lose nothing; those of a person have no light of the lamp.
-            lost = 1.0 - facing * (1.0 - hidden) if is_person else facing * hidden
-            factor *= 1.0 - self.shadow * lost
-        return factor
+        away = points - self.lamp.axes[3]
+        distance = np.sqrt(along(away**2, np.ones(3)))
+        facing = np.clip(-5.0 * along(normals, away.T) / distance, 0.0, 1.0)
+        hidden = self._hidden(away, facing > 0.0)
+        # The lamp shines in the empty scene as well, so that the room's sides that are turned
+        # away from it lose nothing; those of a person have no light of the lamp.
+        lost = 1.0 - facing * (1.0 - hidden) if is_person else facing * hidden
+        return np.asarray(1.0 - self.lamp.share * lost)
 
     def _hidden(self, away: FloatArray, lit: BoolArray) -> FloatArray:
         """Share of the lamp (N,) that people hide from places (N, 3) away from it, if lit."""
         hidden = np.zeros(len(away))
-        x, y, z = (along(away, axis) for axis in self.lamp[:3])
+        x, y, z = (along(away, axis) for axis in self.lamp.axes[:3])
         safe = np.maximum(z, _NEAREST)
         middle = (_MAP_SIZE - 1) / 2
         places = np.stack([x / safe * _MAP_FOCAL + middle, y / safe * _MAP_FOCAL + middle, z])
@@ -304,20 +302,6 @@ class Shadows:
         chosen = np.flatnonzero(lit & inside & (z >= _NEAREST))
         hidden[chosen] = _hidden_shares(places[:, chosen], self.nearness, self.reached)
         return hidden
-
-
-def _lamp(disturber: Disturber) -> FloatArray:
-    rng = disturber.rng("shadow")
-    angle, height = rng.uniform(0, 2 * np.pi), rng.uniform(*_LAMP_HEIGHTS)
-    place = np.array([*(_LAMP_DISTANCE * np.array([np.cos(angle), np.sin(angle)])), height])
-    return np.vstack([looking_at(place, np.array([0.0, 0.0, _LOOK_AT_HEIGHT])), place])
-
-
-def _edge(disturber: Disturber, frame: int) -> FloatArray:
-    angle, phase = disturber.rng("shade").uniform(0, 2 * np.pi, 2)
-    direction = np.array([np.cos(angle), np.sin(angle), 0.5]) / np.sqrt(1.25)
-    turn = 2 * np.pi * frame / disturber.fps / _SHADE_SECONDS + phase
-    return np.array([*direction, _SHADE_WAY * np.sin(turn) + 0.4])
 
 
 @compiled()

@@ -13,9 +13,12 @@ from typing import Any, Literal, NamedTuple, Protocol, TypeAlias
 
 from stereotrack_core.atomic import make_folder
 from stereotrack_core.errors import InputError
-from stereotrack_core.evaluation.failure_segments.find import FailureSearch, stretches_of
+from stereotrack_core.evaluation.failure_segments.find import (
+    FailureSearch,
+    stretches_of,
+    with_reasons,
+)
 from stereotrack_core.evaluation.failure_segments.reasons import WHY_WORDS
-from stereotrack_core.evaluation.failure_segments.retraced import with_reasons
 from stereotrack_core.evaluation.joint_angles import RANGES, angle_ranges, angles_of_run
 from stereotrack_core.evaluation.measures import measure_named, measured, of_segments
 from stereotrack_core.interop.run_npz import read_meta, read_npz, write_npz
@@ -52,11 +55,6 @@ class Job:
     def frames(self) -> range:
         """Frames that are tracked."""
         return self.spec.frames_of(0)
-
-    @property
-    def seed(self) -> int:
-        """Seed of the run."""
-        return self.spec.seed
 
     @property
     def views(self) -> Sequence[str]:

@@ -1,20 +1,17 @@
-"""Points of a study: values that are tried together, of a grid or of a search with Optuna."""
+"""Points of a study: values that are tried together."""
 
 from __future__ import annotations
 
 import itertools
-import logging
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any
 
 from stereotrack_core.errors import InputError, did_you_mean
 from stereotrack_core.parameters import ParameterRow, Value
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.presets import preset
-from stereotrack_core.versions import extra_library
 
 SPECIAL: Mapping[str, str] = MappingProxyType(
     {
@@ -121,8 +118,7 @@ def grid_points(axes: Sequence[Axis]) -> tuple[Point, ...]:
         raise InputError(f"{twice} is given twice", "--grid", "Give all its values in one list.")
     count = math.prod(len(axis.values) for axis in axes)
     if count > _MOST_POINTS:
-        remedy = "Give fewer values, or search for the best ones with --search."
-        raise InputError(f"the grid has {count} points", "--grid", remedy)
+        raise InputError(f"the grid has {count} points", "--grid", "Give fewer values.")
     combinations = itertools.product(*(axis.values for axis in axes))
     return tuple(Point(tuple(zip(names, values, strict=True))) for values in combinations)
 
@@ -131,94 +127,3 @@ def varied_names(points: Iterable[Point]) -> tuple[str, ...]:
     """Names that any point gives a value to, in the order of their appearance; without seeds."""
     names = dict.fromkeys(name for point in points for name, _ in point.values)
     return tuple(name for name in names if name != "seed")
-
-
-_FORM = "Write NAME=LOW:HIGH, NAME=LOW:HIGH:log or NAME=a,b,c."
-
-
-@dataclass(frozen=True)
-class Range:
-    """A closed range in which one value is searched, or values that are chosen from."""
-
-    name: str
-    low: float = 0.0
-    high: float = 0.0
-    log: bool = False
-    choices: tuple[Value, ...] = ()
-
-    def suggested(self, trial: Any) -> Value:
-        """The value that a trial of Optuna tries."""
-        if self.choices:
-            # by place, because Optuna wants no mixture of texts and numbers
-            place = trial.suggest_categorical(self.name, list(range(len(self.choices))))
-            return self.choices[int(place)]
-        if parameter_rows()[self.name].type is int:
-            return int(trial.suggest_int(self.name, round(self.low), round(self.high)))
-        found = trial.suggest_float(self.name, self.low, self.high, log=self.log)
-        return checked_value(self.name, found)
-
-
-def parsed_range(text: str) -> Range:
-    """Read what is given to ``--search``. Raises InputError."""
-    name, sign, rest = text.partition("=")
-    if not sign or not rest.strip():
-        raise _wrong(text, "cannot be read")
-    name = checked_name(name.strip(), "--search")
-    if name == "seed":
-        raise InputError("the seed cannot be searched", "--search", "Average over --seeds instead.")
-    kind = parameter_rows()[name].type if name not in SPECIAL else str
-    if ":" not in rest or kind not in (int, float):
-        values = parsed_axis(text).values
-        if len(values) < 2:
-            raise _wrong(text, "has only one value")
-        return Range(name, choices=values)
-    low, high, *more = (part.strip() for part in rest.split(":"))
-    if more not in ([], ["log"]):
-        raise _wrong(text, "cannot be read")
-    least, most = float(checked_value(name, low)), float(checked_value(name, high))
-    if not least < most or (more and (kind is int or least <= 0.0)):
-        raise _wrong(text, "is not a range")
-    return Range(name, least, most, bool(more))
-
-
-def _wrong(text: str, what: str) -> InputError:
-    return InputError(
-        f"{text!r} {what}",
-        "--search",
-        f"{_FORM} LOW must be the smaller value; log needs values above 0 that are not "
-        "whole numbers only.",
-    )
-
-
-class Search:
-    """Proposes points and learns from how good they are; a tree-structured Parzen estimator."""
-
-    def __init__(self, ranges: Sequence[Range], *, more_is_better: bool = False) -> None:
-        names = [one.name for one in ranges]
-        if len(set(names)) < len(names):
-            raise InputError("a name is given twice", "--search", "Give each name once.")
-        missing = "Optuna is not installed, which is needed for a search"
-        self._optuna = extra_library(
-            "optuna", "search", missing=missing, where="--search", instead="--grid"
-        )
-        logging.getLogger("optuna").setLevel(logging.WARNING)
-        self._study = self._optuna.create_study(
-            sampler=self._optuna.samplers.TPESampler(seed=0, constant_liar=True),
-            direction="maximize" if more_is_better else "minimize",
-        )
-        self._ranges = tuple(ranges)
-        self._open: list[Any] = []
-
-    def ask(self, count: int) -> tuple[Point, ...]:
-        """The next points; :meth:`tell` is told about all of them together."""
-        self._open = [self._study.ask() for _ in range(count)]
-        asked = (tuple((r.name, r.suggested(trial)) for r in self._ranges) for trial in self._open)
-        return tuple(Point(one) for one in asked)
-
-    def tell(self, values: Sequence[float]) -> None:
-        """How good the points were, in their order; NaN for one that failed."""
-        for trial, value in zip(self._open, values, strict=True):
-            if math.isfinite(value):
-                self._study.tell(trial, value)
-            else:
-                self._study.tell(trial, state=self._optuna.trial.TrialState.FAIL)

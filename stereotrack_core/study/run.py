@@ -5,7 +5,7 @@ import hashlib
 import json
 import math
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -17,9 +17,15 @@ from stereotrack_core.atomic import make_folder
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import Cancelled, Finding, InputError
-from stereotrack_core.evaluation.measures import MEASURES, measure_named
+from stereotrack_core.evaluation.failure_segments.find import (
+    FailureSearch,
+    good_stretches,
+    stretches_of,
+)
+from stereotrack_core.evaluation.measures import MEASURES
 from stereotrack_core.evaluation.summary import Spread
 from stereotrack_core.interop.first_pose import first_pose
+from stereotrack_core.interop.run_npz import read_npz
 from stereotrack_core.parameters import parsed_settings
 from stereotrack_core.project.detectors import keypoints_in
 from stereotrack_core.project.entries import load_reference
@@ -35,9 +41,11 @@ from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.recording.selection import frames_within, seeds_of, tracked_views, views_of
 from stereotrack_core.study.description import Study, StudyRecording, StudySettings
 from stereotrack_core.study.job import Job, JobResult, is_kept
-from stereotrack_core.study.points import Point, Range, Search
+from stereotrack_core.study.points import Point
 from stereotrack_core.study.store import Store, segment_measures
 from stereotrack_core.study.workers import ClusterWorkers, LocalWorkers
+from stereotrack_core.tracking.frame import Run
+from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.presets import PRESETS, preset
 from stereotrack_core.tracking.run_spec import RunSpec, measured_keypoints
 from stereotrack_core.version import __version__
@@ -175,7 +183,7 @@ def _run_name(base: StudySettings, job: Job) -> str:
     words = [Path(name).stem if name.endswith(".toml") else name]
     if asked != [None, None, None, "auto", False]:
         words.append(_digest(asked)[:6])
-    return "-".join([*words, f"seed{job.seed}"])
+    return "-".join([*words, f"seed{job.spec.seed}"])
 
 
 def _digest(facts: Any) -> str:
@@ -234,91 +242,47 @@ class StudyRun:
     def __init__(self, store: Store, workers: Workers, work: Work = NO_WORK) -> None:
         self._store, self._workers, self._work = store, workers, work
         self.stopped = work.stopped
-        self._jobs: list[Job] = []
-        self._fresh: set[str] = set()
-        self._reused: set[str] = set()
-        self._frames = self._wanted = 0
+        self._jobs: Sequence[Job] = ()
+        self._reused = self._computed = self._frames = self._wanted = 0
         self._written = time.monotonic()
 
     def do(self, jobs: Sequence[Job]) -> Outcome:
         """Compute the jobs that are missing."""
-        return self._working(lambda: self._do(jobs))
-
-    def search(
-        self, study: Study, sources: Sequence[Source], ranges: Sequence[Range], by: str, trials: int
-    ) -> Outcome:
-        """Look for the point that is best by a measure."""
-
-        def jobs_at(points: Sequence[Point]) -> list[Job]:
-            return [job for one in sources for job in jobs_of(study, one, points, keep=False)]
-
-        def search() -> None:
-            measure = measure_named(by)
-            proposer = Search(ranges, more_is_better=bool(measure and measure.more_is_better))
-            own = len(jobs_at([Point()]))
-            at_once = max(1, math.ceil(self._workers.count / own))
-            tried = 0
-            while tried < trials:
-                points = proposer.ask(min(at_once, trials - tried))
-                jobs = jobs_at(points)
-                self._do(jobs)
-                proposer.tell([_value(jobs, self._store.results, point, by) for point in points])
-                tried += len(points)
-
-        return self._working(search)
-
-    # ---- what the workers tell
+        waiting, stopped = missing(jobs, self._store.results), False
+        self._jobs = jobs
+        self._reused = len({job.identity for job in jobs}) - len(waiting)
+        self._wanted = sum(len(job.frames) for job in waiting)
+        try:
+            if waiting:
+                self._workers.do(waiting, self)
+        except Cancelled:
+            stopped = True
+        finally:
+            self._store.write_table(jobs)
+        return Outcome(tuple(jobs), self._reused, self._computed, stopped)
 
     def on_frames(self, count: int) -> None:
         """So many frames more were tracked."""
         self._frames = min(self._frames + count, self._wanted)  # a second try counts no more
-        done = f"{len(self._fresh) + len(self._reused)} of {counted(len(self._jobs), 'run')}"
+        done = f"{self._computed + self._reused} of {counted(len(self._jobs), 'run')}"
         self._work.tell(self._frames / self._wanted if self._wanted else 0.0, done)
 
     def on_result(self, job: Job, result: JobResult) -> None:
         """Keep a result."""
         self._store.keep(job, result)
-        self._fresh.add(job.identity)
+        self._computed += 1
         if time.monotonic() - self._written > _TABLE_SECONDS:
             self._store.write_table(self._jobs)
             self._written = time.monotonic()
 
-    # ---- inside
-
-    def _working(self, work: Callable[[], object]) -> Outcome:
-        stopped = False
-        try:
-            work()
-        except Cancelled:
-            stopped = True
-        finally:
-            self._store.write_table(self._jobs)
-        return Outcome(tuple(self._jobs), len(self._reused), len(self._fresh), stopped)
-
-    def _do(self, jobs: Sequence[Job]) -> None:
-        undone = missing(jobs, self._store.results)
-        waiting = [job for job in undone if job.identity not in self._fresh]
-        names = {job.identity for job in waiting}
-        self._jobs += jobs
-        self._reused |= {job.identity for job in jobs} - names - self._fresh
-        self._wanted += sum(len(job.frames) for job in waiting)
-        if waiting:
-            self._workers.do(waiting, self)
-
 
 def run_study(
-    study: Study, jobs: Sequence[Job], workers: Workers, work: Work = NO_WORK
+    table: Path, jobs: Sequence[Job], workers: Workers, work: Work = NO_WORK
 ) -> tuple[Outcome, Mapping[str, JobResult]]:
-    """Compute the jobs that are missing, beside the study file. Raises InputError."""
-    make_folder(study.runs)
-    with workers, Store(study.table) as store:
+    """Compute the jobs that are missing from a study's table. Raises InputError."""
+    make_folder(table.parent)
+    with workers, Store(table) as store:
         return StudyRun(store, workers, work).do(jobs), store.results
-
-
-def _value(jobs: Sequence[Job], results: Mapping[str, JobResult], point: Point, by: str) -> float:
-    """The mean of a measure at a point; NaN if any of its runs failed."""
-    found = summarised([job for job in jobs if job.point == point], results, by)
-    return math.nan if len(found) != 1 or found[0].failed else found[0].values[by].mean
 
 
 @dataclass(frozen=True)
@@ -334,7 +298,7 @@ class PointSummary:
 def summarised(
     jobs: Iterable[Job], results: Mapping[str, JobResult], by: str
 ) -> tuple[PointSummary, ...]:
-    """Summaries of all points that have a result, those best by a measure first."""
+    """Summaries of all points that have a result, those least by a measure first."""
     groups: dict[Point, list[JobResult]] = {}
     for job in jobs:
         if job.identity in results:
@@ -345,11 +309,50 @@ def summarised(
         names = [measure.name for measure in MEASURES] + segment_measures(good)
         values = {name: Spread.of(one.get(name, math.nan) for one in good) for name in names}
         found.append(PointSummary(point, len(good), len(own) - len(good), values))
-    measure = measure_named(by)
-    sign = -1.0 if measure is not None and measure.more_is_better else 1.0
 
     def cost(one: PointSummary) -> float:
         mean = one.values[by].mean
-        return sign * mean if math.isfinite(mean) else math.inf
+        return mean if math.isfinite(mean) else math.inf
 
     return tuple(sorted(found, key=cost))
+
+
+@dataclass(frozen=True, eq=False)
+class GoodRun:
+    """A kept run of a recording and stretches of it that are away from all failures."""
+
+    recording: Recording  # with the reference that counts, which no tracker may see
+    path: Path
+    run: Run
+    stretches: tuple[range, ...]
+    views: Sequence[str]  # that were tracked
+
+    @property
+    def reference(self) -> LandmarkTrajectory | None:
+        """The reference, if it knows frames of every stretch; else the run's own signs judge."""
+        truth = self.recording.reference
+        known = truth is not None and all(np.isin(one, truth.frame).any() for one in self.stretches)
+        return truth if known else None
+
+
+def good_run(
+    study: Study, row: StudyRecording, settings: Settings, count: int, seconds: float
+) -> GoodRun:
+    """A run of a recording, preferably with these settings, and up to `count` good stretches.
+
+    Raises InputError if the recording cannot be read, has no kept run, or is good nowhere.
+    """
+    source = source_of(study, row)
+    jobs = jobs_of(study, source, study.settings.all_points(), keep=True)
+    kept = [job for job in jobs if is_kept(job)]
+    if not kept:
+        remedy = "Track it with the settings of the study first."
+        raise InputError("no run is kept", where=row.recording, remedy=remedy)
+    job = min(kept, key=lambda one: one.spec.settings != settings)
+    run, recording = read_npz(Path(job.keep)), source.recording
+    search = FailureSearch(run, recording.fps, recording.reference, recording)
+    found = good_stretches(search, stretches_of(search), count, seconds)
+    if not found:
+        remedy = "Track it in the study with other settings first."
+        raise InputError(f"no {seconds:g} s without failures", where=row.recording, remedy=remedy)
+    return GoodRun(recording, Path(job.keep), run, tuple(found), job.views)

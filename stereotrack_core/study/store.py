@@ -63,7 +63,7 @@ class Store:
 
     def keep(self, job: Job, result: JobResult) -> None:
         """Write a result to the journal."""
-        told = {"recording": job.recording, "seed": job.seed, "point": job.point.by_name}
+        told = {"recording": job.recording, "seed": job.spec.seed, "point": job.point.by_name}
         append_entry(journal_of(self.table), {**result.facts(), **told})
         self.results[result.identity] = result
 
@@ -91,7 +91,7 @@ def table_of(
             continue
         values = job.point.by_name
         rows.append([
-            job.recording, *(cell_of(values.get(name, "")) for name in varied), job.seed,
+            job.recording, *(cell_of(values.get(name, "")) for name in varied), job.spec.seed,
             result.status, *(result.measures.get(name, "") for name in measures),
             result.frames, result.attempts, result.error, job.identity,
         ])  # fmt: skip
@@ -127,7 +127,7 @@ def _result_rows(
         varied = (f"{key}={value_text(value)}" for key, value in job.point.without_seed.values)
         changes = " ".join((*study.settings.changes, *varied))
         for key, value in {"frames:count": float(result.frames), **result.measures}.items():
-            yield (*about, name, job.spec.preset, changes, job.seed, *named(key), value)
+            yield (*about, name, job.spec.preset, changes, job.spec.seed, *named(key), value)
 
 
 def write_result_table(

@@ -138,7 +138,7 @@ def annotated(
     away = np.abs(fit.landmarks[own] - truth.points[theirs])
     sigma = np.sqrt(np.diagonal(fit.covariance[own], axis1=2, axis2=3))
     known = np.isfinite(away) & np.isfinite(sigma)
-    angles = np.degrees(np.stack([errors.of_limb(limb) for limb in _SCORED], axis=1))
+    angles = errors.degrees[:, [LIMBS.index(limb) for limb in _SCORED]]
     good_to = fit.limb_sigma_deg[own][:, [LIMBS.index(limb) for limb in _SCORED]]
     limbs = np.isfinite(angles) & np.isfinite(good_to)
     return AnnotationScore(

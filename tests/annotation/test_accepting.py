@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stereotrack_core.annotation.accepting import NearestClicks, acceptable
 from stereotrack_core.annotation.click import (
     ACCEPTED,
     Click,
@@ -14,6 +13,7 @@ from stereotrack_core.annotation.click import (
     Visibility,
     measurements,
 )
+from stereotrack_core.annotation.propose import NearestClicks, acceptable
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.transform import RigidTransform
 

@@ -1,36 +1,30 @@
 """Proposals save clicks: nobody clicks what is where it was expected, or what one click moves."""
 
-from functools import partial
 from math import inf
 
 import numpy as np
 
 from stereotrack_core.annotation.click import ACCEPTED, Click, ClickKey, Prediction, Visibility
-from stereotrack_core.annotation.follow import FOLLOWING, follow_clicks
-from stereotrack_core.annotation.follow_body import BodyStep, FollowedBody, follow_body, told_by
+from stereotrack_core.annotation.follow import FOLLOWING
+from stereotrack_core.annotation.follow_body import BodyStep
 from stereotrack_core.annotation.landmark_filter import ProposalQuestion
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.annotation.propose import PROPOSED, Proposer
-from stereotrack_core.body.proportions import proportions_of
-from stereotrack_core.recording.reader import FrameReader
 from tests.annotation.scenes import bodies, cameras, clicks_of
 
 RIG = cameras()
 FPS = 10.0
-FAR_OFF = 3.0  # pixels; somebody who annotates by script clicks what is farther off
 
 
-def question(
-    frame, around, clicks=(), *, rig=RIG, fps=FPS, motion=None, followed=(), steps=(), wanted=inf
-):
+def question(frame, around, clicks=(), *, rig=RIG, followed=(), steps=(), wanted=inf):
     return ProposalQuestion(
-        frame, tuple(clicks), tuple(around), tuple(followed), rig, NINE.names, fps, {},
-        motion or {}, tuple(steps), wanted,
+        frame, tuple(clicks), tuple(around), tuple(followed), rig, NINE.names, FPS, {},
+        tuple(steps), wanted,
     )  # fmt: skip
 
 
-def proposed(*what, proposer=None, **how):
-    found = (proposer or Proposer())(question(*what, **how))
+def proposed(*what, **how):
+    found = Proposer()(question(*what, **how))
     return {one.key: one for one in found.predictions}
 
 
@@ -228,66 +222,3 @@ def test_the_certainty_is_about_right():
         spread = np.array([one.sigma for one in found.values()])
         ratios += list(off_px(found, truth) / spread)
     assert 0.2 < np.median(ratios) < 2.5
-
-
-def annotate(seen, rig, fps, *, reader=None, proportions=None):
-    """Clicks of somebody who annotates by script, and for every frame how many it took.
-
-    Without a reader nothing is followed, and without proportions not the body.
-    """
-    clicks, counts, steps, proposer = [], [], [], Proposer()
-    frames = sorted({key.frame for key in seen})
-    for place, frame in enumerate(frames):
-        around = [one for one in clicks if one.frame in frames[max(place - 10, 0) : place]]
-        last = [one for one in around if one.frame == frames[place - 1]]
-        followed = ()
-        if reader is not None and last:
-            if proportions is not None:
-                body = FollowedBody(rig, proportions)
-                step = follow_body(reader, around, frames[place - 1], frame, body)
-                steps = [*steps[-10:], *([step] if step is not None else [])]
-            told = told_by(steps, frame)
-            open_ones = [one for one in last if one.landmark not in told]
-            followed = follow_clicks(reader, open_ones, (frame,))
-        propose = partial(
-            proposed, frame, around, proposer=proposer, rig=rig, fps=fps, followed=followed,
-            steps=steps,
-        )  # fmt: skip
-        own = corrected({key: at for key, at in seen.items() if key.frame == frame}, rig, propose)
-        clicks += own
-        counts.append(sum(one.origin != ACCEPTED for one in own))
-    return clicks, counts
-
-
-def corrected(wanted, rig, propose):
-    """In every view the worst proposals are clicked until none is far off, the rest accepted."""
-    own, proposals = {}, propose()
-
-    def off(key):
-        known = key in proposals
-        return np.hypot(*np.subtract(proposals[key].position, wanted[key])) if known else np.inf
-
-    for camera in rig:
-        here = [key for key in wanted if key.camera == camera]
-        while wrong := [key for key in here if key not in own and off(key) > FAR_OFF]:
-            worst = max(wrong, key=off)
-            own[worst] = Click(*worst, wanted[worst])
-            proposals = propose(tuple(own.values()))
-        rest = [key for key in here if key not in own]
-        own |= {key: Click(*key, proposals[key].position, origin=ACCEPTED) for key in rest}
-    return list(own.values())
-
-
-def test_following_saves_clicks_and_following_the_body_most(clip):
-    rig = {view.image.camera: clip.cameras[view.image.camera] for view in clip.views}
-    seen = seen_by(pixels(clip.reference.points, rig), sigma=0.5, seed=1)
-    with FrameReader(clip, colour=False) as reader:
-        clicks, counts = annotate(seen, rig, clip.fps, reader=reader)
-        lengths = proportions_of(clip.subject)
-        _, body = annotate(seen, rig, clip.fps, reader=reader, proportions=lengths)
-    _, alone = annotate(seen, rig, clip.fps)
-    assert counts[0] == 18, "the first frame is clicked whole"
-    assert 2 * sum(counts[1:]) < 18 * len(counts[1:])
-    assert sum(body) < sum(counts) <= sum(alone)
-    accepted = [one for one in clicks if one.origin == ACCEPTED]
-    assert all(np.hypot(*np.subtract(one.position, seen[one.key])) <= FAR_OFF for one in accepted)

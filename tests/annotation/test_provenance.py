@@ -129,7 +129,7 @@ def test_every_export_of_a_reference_keeps_it_or_has_it_beside(reference, tmp_pa
     assert (len(kept), len(written.files)) == ((0, 1) if form.name in ("csv", "npz") else (1, 2))
     again = read_reference(path) if form.name == "npz" else reference_in((*kept, path)[0])
     same(reference, again, 3)
-    assert "3 standard deviation above 15 mm" in " ".join(written.notes)
+    assert "3 with a standard deviation above 15 mm" in " ".join(written.notes)
     np.testing.assert_allclose(again.sigma()[1, :3], 0.02)
     assert np.isnan(again.points[1, :3]).all()
 

@@ -37,7 +37,7 @@ def fit(run, recording, clicks, output, *more, status=0):
     return run(*words, status=status)
 
 
-@pytest.mark.parametrize(("depth", "worst"), [((), 12.0), (("--set", "use_depth=no"), 8.0)])
+@pytest.mark.parametrize(("depth", "worst"), [((), 12.0), (("--without-depth",), 8.0)])
 def test_fit_writes_a_reference(run, recording, clicks, tmp_path, depth, worst):
     ended = fit(run, recording, clicks, tmp_path / "reference.npz", "--json", *depth)
     assert ended.json["frames"] == {"clicked": 4, "interpolated": 6, "gap": 0}
@@ -54,7 +54,7 @@ def test_fit_writes_a_reference(run, recording, clicks, tmp_path, depth, worst):
 
 
 def test_npz_keeps_the_covariances(run, recording, clicks, tmp_path):
-    options = ("--set", "use_depth=no", "--frames", "2:8")
+    options = ("--without-depth", "--frames", "2:8")
     ended = fit(run, recording, clicks, tmp_path / "a.npz", *options)
     assert "probable outlier" in ended.err
     assert "uncertainty left forearm" in ended.out
@@ -78,7 +78,6 @@ def test_what_is_wrong_is_said_in_one_sentence(run, recording, clicks, tmp_path)
         (("--sigma", "-1"), "above 0"),
         (("--frames", "1:2"), "no click in frames 1 to 1"),
         (("--views", "X"), "no view"),
-        (("--set", "speed=3"), "unknown parameter"),
     ):
         ended = fit(run, recording, clicks, output, *options, status=2)
         assert ended.out == ""

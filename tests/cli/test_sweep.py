@@ -73,9 +73,9 @@ def test_the_same_command_computes_nothing_and_more_computes_the_rest(run, recor
     best = [point["mean"]["forearms"] for point in told["points"]]
     assert best == sorted(best)
     assert all(point["runs"] == 2 for point in told["points"])
-    table = run(*(word for word in command if word != "--json"), "--minimise", "frames_per_second")
+    table = run(*(word for word in command if word != "--json"))
     assert "0 computed, 4 reused" in table.out
-    assert "best fps first" in table.out
+    assert "best forearms first" in table.out
 
 
 def test_results_that_failed_are_tried_again(run, recording, swept, tmp_path, here):
@@ -87,21 +87,6 @@ def test_results_that_failed_are_tried_again(run, recording, swept, tmp_path, he
     journal.write_text("\n".join([*lines[1:], json.dumps(spoilt)]) + "\n")
     told = run(*command, "--json").json
     assert (told["computed"], told["reused"], told["failed"]) == (1, 3, 0)
-
-
-def test_a_search_goes_on_where_it_was(run, recording, tmp_path, here):
-    table = tmp_path / "search.csv"
-    command = (
-        *("sweep", recording, *QUICK, "--search", "iterations=1:4", "-o", table, "--json"),
-        *("--search", "max_correspondence_distance=0.1:0.5", "--views", "N", "--workers", 1),
-    )
-    first = run(*command, "--trials", 2).json
-    assert (first["computed"], first["reused"]) == (2, 0)
-    again = run(*command, "--trials", 3).json
-    assert (again["computed"], again["reused"], again["jobs"]) == (1, 2, 3)
-    whole = run(*command, "--trials", 3).json
-    assert (whole["computed"], whole["reused"]) == (0, 3)
-    assert whole["points"] == again["points"]
 
 
 @pytest.mark.slow
@@ -128,9 +113,7 @@ def test_a_sweep_that_is_stopped_says_how_it_goes_on(recording, tmp_path):
     ("arguments", "words"),
     [
         (("--grid", "points=3"), "unknown parameter 'points'"),
-        (("--grid", "iterations=2", "--search", "data_points=100:200"), "Use only one"),
         (("--workers", "2", "--scheduler", "tcp://a:1"), "one of them"),
-        (("--minimise", "beauty"), "unknown measure"),
         (("--grid", "views=NX"), "no view"),
         (("--seeds", "0,0"), "list of seeds"),
     ],

@@ -199,7 +199,7 @@ class BrightPerson:
 
     def find_people(self, picture, **_):
         middle = np.argwhere(picture > 200).mean(axis=0)[::-1]
-        return [PersonBox(middle, middle - [0.0, 60.0], np.zeros((2, 2)), 1.0)]
+        return [PersonBox(middle, middle - [0.0, 60.0], 1.0)]
 
 
 def test_a_scene_that_nobody_recorded_empty_is_what_is_seen_beside_the_person(monkeypatch):

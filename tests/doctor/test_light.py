@@ -104,3 +104,6 @@ def test_backgrounds_of_other_views_are_named():
     [exchanged] = check_backgrounds(shown, {"N": two, "O": one, "S": three})
     assert exchanged.where == "view N, background"
     assert "that of view O fits the images better" in exchanged.what
+    elsewhere = 255 - three
+    [foreign] = check_backgrounds(shown, {"N": one, "O": two, "S": elsewhere})
+    assert (foreign.where, foreign.severity) == ("view S, background", "warning")

@@ -111,11 +111,11 @@ def test_a_second_reading_is_blind_and_leaves_the_first_alone(annotating, qtbot)
     key(annotating, Qt.Key.Key_E)
     key(annotating, Qt.Key.Key_Right, ALT)
     assert clicks(annotating) == first
-    (again,) = annotating.context.session.project.project.clicks.again_at(1, 0)
+    (again,) = annotating.context.session.project.project.clicks.again_at(0)
     assert again.position == pytest.approx((x + 0.5, y))
     click_truth(annotating, "left_elbow")
     key(annotating, Qt.Key.Key_Delete)
-    assert len(annotating.context.session.project.project.clicks.again_at(1, 0)) == 1
+    assert len(annotating.context.session.project.project.clicks.again_at(0)) == 1
     trigger(annotating, "annotate-repeat-finish")
     assert "Agreement" in annotating.statusBar().currentMessage()
     qtbot.waitUntil(annotating.context.tasks.settled, timeout=60_000)

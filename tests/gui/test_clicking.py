@@ -42,6 +42,26 @@ def test_a_click_places_the_chosen_landmark_exactly_and_then_the_first_missing_o
     assert undo_words(annotating) == "place left shoulder in N_right, frame 0"
 
 
+@pytest.mark.parametrize("accepted", [True, False])
+def test_a_click_is_drawn_before_it_is_stored_and_goes_again_if_it_is_refused(
+    annotating, monkeypatch, accepted
+):
+    project, drawn = annotating.context.session.project, []
+    store = project.apply
+
+    def apply(edit, **how):
+        drawn.append([mark.landmark for mark in view(annotating).marks.clicks])
+        return store(edit, **how) if accepted else None
+
+    monkeypatch.setattr(project, "apply", apply)
+    key(annotating, Qt.Key.Key_3)
+    click(annotating, 200.0, 150.0)
+    assert drawn == [["left_elbow"]]
+    left = [mark.landmark for mark in view(annotating).marks.clicks]
+    assert left == ["left_elbow"] * accepted
+    assert len(clicks(annotating)) == accepted
+
+
 def test_every_landmark_has_its_key(annotating):
     for place, name in enumerate(NINE.names):
         key(annotating, Qt.Key(Qt.Key.Key_1 + place))

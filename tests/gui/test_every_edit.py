@@ -10,7 +10,6 @@ from app.widgets.timeline.lanes import Mark
 from stereotrack_core.annotation.click import UNCERTAIN, Click, Prediction, Visibility
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.annotation.reference import Reference
-from stereotrack_core.project.blind_repeats import ROUND
 from stereotrack_core.project.clicks import place_clicks
 from stereotrack_core.project.entries import choose, save_reference
 from stereotrack_core.project.project import Project
@@ -79,7 +78,7 @@ def content(project):
     """All that edits have changed, and what undo and redo do next."""
     history = project.history
     return (
-        project.clicks.all(with_deleted=True), project.clicks.again(1), project.marks.flags(),
+        project.clicks.all(with_deleted=True), project.clicks.again(), project.marks.flags(),
         (project.marks.keyframes(), project.marks.unused_cameras()), history.to_undo(),
         history.to_redo(),
     )  # fmt: skip
@@ -94,7 +93,7 @@ def check(window, qtbot):
     annotate.clicking.show()
     with Project.open(session.project.path, read_only=True) as file:
         assert content(session.project.project) == content(file)
-        stored = file.clicks.again_at(ROUND, frame) if annotating.blind() else file.clicks.at(frame)
+        stored = file.clicks.again_at(frame) if annotating.blind() else file.clicks.at(frame)
         assert dict(annotating.clicks()) == {one.key: one for one in stored}
         for name in VIEWS:
             there = [one for one in stored if one.camera == f"{name}_right" and one.position]

@@ -278,7 +278,7 @@ def test_a_stopped_detection_keeps_nothing(opened, detector, qtbot):
     opened.context.docks.timeline.set_selection(range(8))
     trigger(opened, "annotate-detect")
     qtbot.waitUntil(lambda: any("frame 1 of 8" in one.words for one in opened.context.tasks.tasks))
-    assert not action.isEnabled()
+    qtbot.waitUntil(lambda: not action.isEnabled())
     opened.context.tasks.cancel_all()
     detector.set()
     qtbot.waitUntil(opened.context.tasks.settled)

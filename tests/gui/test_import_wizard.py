@@ -80,7 +80,7 @@ def test_a_folder_of_videos_becomes_a_recording_by_keyboard(window, qtbot, video
     wizard = wizard_of(videos)
     assert [row.role.currentData() for row in wizard.sources.rows] == ["left", "right", "mono"]
     to_the_end(wizard)
-    assert "3 streams stay where they are" in wizard.place.summary.text()
+    assert "3 sources stay where they are" in wizard.place.summary.text()
     assert "need a calibration" in wizard.place.summary.text()
     press(wizard, BUTTON.FinishButton)
     recording = recording_of(window, qtbot)

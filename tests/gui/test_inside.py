@@ -30,7 +30,6 @@ def with_run(newly_opened, qtbot):
     """The window with a run of two frames by the thesis's tracker."""
     recording, settings = newly_opened.context.session.document.recording, preset("thesis")
     newly_opened.context.session.track.settings = settings
-    newly_opened.context.session.clouds.parameters = settings.depth
     body = body_model(proportions_of(recording.subject), settings.body)
     cameras = cameras_of(recording, usable_views(recording, None))
     frames, state = {}, None

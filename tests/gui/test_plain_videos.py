@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
@@ -11,11 +12,13 @@ from app.features.calibrate.person import PersonDialog
 from app.features.project.importing.calibration_page import AttachDialog
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.calibrate import person as person_work
+from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.interop.calibrations.formats import write_foreign
 from stereotrack_core.project.clicks import place_clicks
 from stereotrack_core.recording.calibration import write_calibration
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.landmarks import LANDMARKS
+from tests.gui.hands import trigger
 from tests.tracking.keypoints.mono import mono_recording, truth
 
 pytestmark = pytest.mark.window
@@ -71,6 +74,17 @@ def test_a_file_with_the_same_names_is_attached_at_once(
     assert "calibration-before-1.toml" in window.messages.text()
     assert open_recording(recording.folder).guessed is False
     assert (recording.folder / "calibration-before-1.toml").exists()
+    assert "stands elsewhere" not in window.messages.text(), "guessed cameras stood nowhere"
+
+    pose = plain["S"].camera_from_world
+    moved = RigidTransform(pose.rotation, pose.translation + np.array([0.0, 0.5, 0.0]))
+    write_calibration(
+        tmp_path / "moved.toml", {**plain, "S": replace(plain["S"], camera_from_world=moved)}
+    )
+    choose(monkeypatch, tmp_path / "moved.toml")
+    trigger(window, "attach_calibration")
+    qtbot.waitUntil(lambda: "calibration-before-2.toml" in window.messages.text())
+    assert "A camera stands elsewhere than before" in window.messages.text()
 
 
 def test_other_names_are_taken_in_order_and_asked_about(

@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 
 from app.widgets.timeline.lanes import Mark
-from stereotrack_core.annotation.accepting import ACCEPTED_SIGMA
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.annotation.landmark_set import NINE
-from stereotrack_core.annotation.propose import PROPOSED
+from stereotrack_core.annotation.propose import ACCEPTED_SIGMA, PROPOSED
 from stereotrack_core.project import prefilling
 from stereotrack_core.project.clicks import delete_clicks, place_clicks
 from stereotrack_core.project.marks import FrameFlag, flag_frames

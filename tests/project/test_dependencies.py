@@ -51,7 +51,7 @@ def declared(*extras: str) -> set[str]:
 
 
 PROGRAM = ("app", "stereotrack_core")
-CHOSEN = ("cluster", "detect", "search", "sleap")
+CHOSEN = ("cluster", "detect", "sleap")
 
 
 @pytest.mark.parametrize(

@@ -31,8 +31,10 @@ from stereotrack_core.project.clicks import (
 )
 from stereotrack_core.project.database import make_database
 from stereotrack_core.project.edit import together
+from stereotrack_core.project.entries import choose
 from stereotrack_core.project.marks import FrameFlag, flag_frames, mark_keyframes
 from stereotrack_core.project.project import Project
+from stereotrack_core.project.schema import SUBJECT
 
 ELBOW = Click(1, "N_right", "left_elbow", (10.25, 20.5))
 OTHER = Click(1, "N_right", "right_elbow", (40.0, 21.0), Visibility.GUESSED)
@@ -63,10 +65,10 @@ def test_undo_and_redo_work_through_everything_after_reopening(project, project_
         mark_clicks((ELBOW.key, OTHER.key), flag=UNCERTAIN, sigma=4.0),
         swap_landmarks(1, "N_right", "left_elbow", "right_elbow"),
         delete_clicks((OTHER.key, HIDDEN.key)),
-        flag_frames((FrameFlag(2, "left_elbow", "gap", "arm behind the back"),)),
+        flag_frames((FrameFlag(2, "left_elbow", "gap"),)),
         mark_keyframes((0, 1, 2)),
         mark_keyframes((1,), "done"),
-        blind_repeat(1, place_clicks((replace(ELBOW, position=(11.0, 20.0)),))),
+        blind_repeat(place_clicks((replace(ELBOW, position=(11.0, 20.0)),))),
     ]
     states = [content(project)]
     for edit in edits:
@@ -89,7 +91,7 @@ def test_undo_and_redo_work_through_everything_after_reopening(project, project_
 def content(project: Project) -> tuple[object, ...]:
     return (
         project.clicks.all(with_deleted=True),
-        project.clicks.again(1),
+        project.clicks.again(),
         project.marks.flags(),
         project.marks.keyframes(),
     )
@@ -148,8 +150,8 @@ def test_nudges_become_one_edit_but_not_with_what_was_before_an_undo(project):
 
 def test_an_edit_that_fails_in_part_does_nothing(project):
     project.apply(place(ELBOW))
-    wrong = together("both", (place(OTHER), blind_repeat(0, place_clicks((ELBOW,)))))
-    with pytest.raises(InputError, match="no blind repeat 0"):
+    wrong = together("both", (place(OTHER), choose(SUBJECT, "nobody")))
+    with pytest.raises(InputError, match="no subject 'nobody'"):
         project.apply(wrong)
     assert said(project.clicks.at(1)) == {ELBOW.key: ELBOW}
     assert len(project.history.entries()) == 1
@@ -218,9 +220,9 @@ def test_edits_of_a_second_reading_do_what_they_do_to_the_first(project):
     there = (replace(ELBOW, position=(12.0, 19.0)), outside)
 
     def after(edit):
-        project.apply(blind_repeat(1, place_clicks(there)))
-        made = project.apply(blind_repeat(1, edit))
-        found = {click.landmark: click for click in project.clicks.again_at(1, 1)}
+        project.apply(blind_repeat(place_clicks(there)))
+        made = project.apply(blind_repeat(edit))
+        found = {click.landmark: click for click in project.clicks.again_at(1)}
         if made is not None:
             assert made.words == f"{edit.words}, blind repeat"
             project.undo()
@@ -345,5 +347,5 @@ def test_a_blind_repeat_says_nothing_of_what_was_only_accepted(project):
     hand = ELBOW.key._replace(landmark="left_hand")
     project.apply(accept_points((Prediction(*hand, "run", (50.0, 60.0), 2.0),)))
     again = (replace(ELBOW, position=(11.0, 20.0)), replace(ELBOW, landmark="left_hand"))
-    project.apply(blind_repeat(1, place_clicks(again)))
+    project.apply(blind_repeat(place_clicks(again)))
     assert [one.key for one in project.clicks.repeat_differences()] == [ELBOW.key]

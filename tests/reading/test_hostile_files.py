@@ -16,14 +16,12 @@ import numpy as np
 import pytest
 
 from stereotrack_core.errors import InputError
-from stereotrack_core.interop.hdf5 import is_hdf5
 from stereotrack_core.reading import parsed_json
 from stereotrack_core.recording.folder import describe
 from stereotrack_core.recording.images import DamagedFrame, read_image, read_metres
 from stereotrack_core.recording.toml_table import load_toml
 from stereotrack_core.recording.video import open_container
 from stereotrack_core.recording.writing import write_png
-from tests.reading.more_files import OF_HDF5
 from tests.reading.samples import FRAMES, made_video
 
 NO_FILES: dict[str, Callable[[Path], object]] = {
@@ -249,17 +247,3 @@ def test_rows_without_end_do_not_take_the_memory(reader, tmp_path):
     content = changed_hdf5(reader.content, without_end)
     assert len(content) < 200_000
     assert "too large for the memory" in refusal_of(reader, content, tmp_path).what
-
-
-@pytest.mark.parametrize("name", ["SLEAP", *OF_HDF5])
-def test_no_process_is_started_for_what_is_no_hdf5(reader, tmp_path, monkeypatch):
-    monkeypatch.setattr("subprocess.Popen", None)
-    assert refusal_of(reader, b"no labels", tmp_path).what.startswith("this is not a ")
-    assert refusal_of(reader, b"", tmp_path).what.startswith("this is not a ")
-
-
-def test_a_signature_may_come_later(tmp_path):
-    path = tmp_path / "file"
-    for before, content in ((0, True), (512, True), (2048, True), (100, False), (1536, False)):
-        path.write_bytes(os.urandom(1) * before + b"\x89HDF\r\n\x1a\n" + bytes(3000))
-        assert is_hdf5(path) == content

@@ -8,8 +8,10 @@ from dataclasses import dataclass, field
 import pytest
 
 from app.session.instant import CloudPresenter
+from app.session.work_threads import wait_for_threads
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.recording.folder import open_recording
+from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.tuning import clouds
 
 PATIENCE_S = 300.0
@@ -70,7 +72,7 @@ def chains(monkeypatch):
 @pytest.fixture
 def presenter(tasks):
     told = []
-    made = CloudPresenter(lambda _part, cloud=None: told.append(cloud), tasks)
+    made = CloudPresenter(lambda _part, cloud=None: told.append(cloud), tasks, Settings)
     made.told = told
     yield made
     made.set_recording(None)
@@ -103,7 +105,7 @@ def test_a_late_thread_has_nothing_to_do_with_the_next_recording(
     presenter.ask(0)
     plain.until(lambda: len(presenter.told) == 1)
     chains[0].go.set()
-    late.join(PATIENCE_S)
+    wait_for_threads(PATIENCE_S)
     presenter.ask(1)
     plain.until(lambda: len(presenter.told) == 2)
     plain.once()

@@ -10,18 +10,14 @@ from stereotrack_core.simulation.rig import SceneOptions
 SMALL = {"width": 160, "height": 120, "focal": 100.0}
 
 
-def scene(
-    person="P2", motions=("t-pose",), frames=2, views=("N",), seed=0, disturbances=None, **options
-):
+def scene(person="P2", motions=("t-pose",), frames=2, views=("N",), seed=0, **options):
     chosen = tuple((SMALL | options).items())
-    disturbed = tuple((disturbances or {}).items())
-    return _scene(person, "+".join(motions), frames, "".join(views), seed, chosen, disturbed)
+    return _scene(person, "+".join(motions), frames, "".join(views), seed, chosen)
 
 
 @lru_cache(maxsize=12)
-def _scene(person, motion, frames, views, seed, options, disturbances):
-    chosen = SceneOptions(**dict(options))
-    made = Simulation(person, motion, frames, views, seed, chosen, disturbances=dict(disturbances))
+def _scene(person, motion, frames, views, seed, options):
+    made = Simulation(person, motion, frames, views, seed, SceneOptions(**dict(options)))
     with ThreadPoolExecutor(2) as workers:
         return build_scene(made, workers)
 

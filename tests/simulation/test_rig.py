@@ -1,14 +1,14 @@
 import numpy as np
 import pytest
 
-from stereotrack_core.simulation.rig import COMPASS, SceneOptions, stereo_rig
+from stereotrack_core.simulation.rig import COMPASS, SceneOptions, rig
 
 ALL = tuple("NOSW")
 
 
 @pytest.mark.parametrize("view", ALL)
 def test_cameras_stand_where_their_names_say_and_see_the_middle(view):
-    camera = stereo_rig(ALL, SceneOptions(), 5)[f"{view}_right"]
+    camera = rig(ALL, SceneOptions(), 5)[f"{view}_right"]
     place = camera.position_world
     assert place[:2] @ np.array(COMPASS[view]) == pytest.approx(3.0, abs=0.15)
     assert place[2] == pytest.approx(2.1, abs=0.1)

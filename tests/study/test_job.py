@@ -26,7 +26,9 @@ def test_results_are_those_of_runs_alone(plan, cones):
     jobs = plan(*grid_points([parsed_axis("iterations=2,4")]), seeds=(0, 3))
     results = by_identity(jobs)
     for job in jobs:
-        run = track(cones, RunSpec(job.spec.settings, frames=range(4), seed=job.seed, init="tpose"))
+        run = track(
+            cones, RunSpec(job.spec.settings, frames=range(4), seed=job.spec.seed, init="tpose")
+        )
         reference = LandmarkTrajectory(cones.reference.frame[:4], cones.reference.points[:4])
         summary = summarise(errors_against(run.trajectory(), reference))
         result = results[job.identity]

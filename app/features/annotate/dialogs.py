@@ -198,7 +198,7 @@ class AnnotationDialogs:
             return export_clicks(path, ClickedRecording.of(project, recording), form)
 
         def say(_project: Project, _recording: Recording, written: Exported) -> None:
-            self._panels.say(written.words())
+            self._notifier.exported(written)
 
         if kind != "reference" or now is not None:
             self._begin(f"exporting {_EXPORTED[kind]}", write, say, promised=True)

@@ -365,7 +365,7 @@ def _setup_and_files(p: AnnotationPanels, dialogs: AnnotationDialogs) -> list[Co
              "reference. New and conflicting clicks are shown before anything is written.",
              dialogs.ask_to_import, icon="open", why_not=p.no_edit, section=True),
         file("annotate-export", "Export clicks …", "Write the project's clicks as a table, or as "
-             "labels of COCO, SLEAP, DeepLabCut, DLTdv, Argus or XMALab.",
+             "labels of COCO, SLEAP or DeepLabCut.",
              partial(dialogs.ask_to_export, "clicks"), icon="export"),
         file("annotate-export-reference", "Export the reference …", "Write the trajectory fitted "
              "to the clicks: with its uncertainty, or in the format of another program.",

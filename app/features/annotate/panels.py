@@ -166,7 +166,6 @@ class AnnotationPanels:
         if known != self._run:
             self._run = known
             self.next.set_run(entry.trajectory() if entry is not None else None)
-            self.clicking.proposals.set_run(entry)
 
     def _on_depth(self, wanted: bool) -> None:
         self.reference.settings = replace(self.reference.settings, use_depth=wanted)

@@ -8,6 +8,7 @@ from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from stereotrack_core.counting import counted
 from stereotrack_core.doctor.correcting import Corrected, correct_elsewhere, intended
 from stereotrack_core.doctor.diagnose import diagnose_elsewhere
 from stereotrack_core.errors import Finding
@@ -70,6 +71,9 @@ class RecordingChecks:
         def done(found: tuple[Finding, ...]) -> None:
             if recording is self._document.recording:
                 self._document.take_measured(found)
+                serious = sum(one.severity != "note" for one in found)
+                words = f"Checked thoroughly: {counted(serious, 'problem')} found."
+                self._context.notifier.say(f"{words} See {_FINDINGS}.")
 
         self._begin("checking thoroughly", partial(diagnose_elsewhere, recording), done)
 
@@ -135,7 +139,7 @@ def _commands(context: Context, calibrate: CalibrateController) -> list[Command]
         command("calibrate_person", "Calibrate from the person …", "Calculate cameras that are "
                 "guessed from clicks of the same landmarks in several views, and one length.",
                 calibrate.person.ask, why_not=calibrate.person.why_not),
-        command("calibrate_save", "Save calibration …", "Write the calibration.toml and a report.",
+        command("calibrate_save", "Save calibration …", "Write a calibration.toml.",
                 lambda: calibrate.page.axes.ask(), icon="save", section=True,
                 why_not=lambda: in_page() or calibration.state.why_not_save()),
         command("calibrate_into", "Save into the recording", "Replace the calibration of the open "

@@ -1,4 +1,4 @@
-"""First and last step: pictures and board; what says where up and north are, and"""
+"""First and last step: pictures and board; where up and north are, and saving."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -312,8 +312,9 @@ class AxesPage(QWidget):
         turned = isinstance(state.alignment, Alignment)
         self.places.show_table(place_table(state.base, state.cameras) if turned else None)
         self.words.setText(_about(state))
-        self.another_world.setVisible(turned and state.axes.way != "recording")
         why_not, there = why_not_into(state), state.recording is not None
+        placed = there and state.world is not None
+        self.another_world.setVisible((turned or placed) and state.axes.way != "recording")
         self.file_button.setEnabled(not state.why_not_save())
         self.into_button.setVisible(there)
         self.into_button.setEnabled(not why_not)

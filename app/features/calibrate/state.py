@@ -286,7 +286,7 @@ class Calibration:
         if step == "axes" and isinstance(self.alignment, InputError):
             return report.of_no_alignment(self.alignment)
         if step == "axes" and isinstance(self.alignment, Alignment):
-            return report.of_alignment(self.alignment, self.cameras)
+            return report.of_alignment(self.alignment, self.cameras, self.boards)
         if step in ("world", "axes") and self.world is not None:
             return report.of_world(self.world.result)
         return report.of_lenses(self.fits) if step == "axes" and self.fits else None
@@ -319,7 +319,7 @@ def why_not_into(state: Calibration) -> str:
     missing = [name for name in state.recorded if name not in state.cameras]
     if missing:
         return (
-            f"The calibration lacks {', '.join(missing[:4])}. Name the cameras as the recording "
+            f"The calibration lacks {', '.join(missing)}. Name the cameras as the recording "
             "does: double-click a name in step 1."
         )
     for name, old in state.recorded.items():

@@ -134,7 +134,7 @@ class FileController:
         def done(written: Exported) -> None:
             if form.name == "npz":
                 entry.path = path
-            self._context.notifier.say(written.words(), 8000)
+            self._context.notifier.exported(written)
 
         self._context.tasks.run(Job(f"saving {path.name}", write, done), promised=True)
 

@@ -34,8 +34,8 @@ _NOTHING = (
     "view, term or prior."
 )
 _HARM = (
-    "Most by which one of up to three stretches that were good gets worse. The best three changes "
-    "are checked; empty: not checked."
+    "Most by which one of up to three stretches that were good gets worse, or one arm in the "
+    "failure itself. The best three changes are checked; empty: not checked."
 )
 _IN_STUDY = (
     "Most by which a stretch that was good in another recording of the study gets worse, and in "
@@ -45,7 +45,10 @@ _IN_STUDY = (
 
 def _columns(tried: Tried | None) -> tuple[Column, ...]:
     unit = "°" if tried is None else tried.unit.strip()
-    gain = f"By how much the arms get better over the failure, {unit}; the run has more"
+    gain = (
+        f"By how much the arms get better over the failure than with no change, {unit}. All begin "
+        "with the run's frame before; of no change, how much better it is than the run"
+    )
     columns = (
         Column("Change", "Double-click or press Enter to see it beside the run", width=STRETCH),
         Column("Arms", f"Mean over frames and limbs of both arms, {unit}", RIGHT, width=52),
@@ -89,14 +92,16 @@ def _in_study(remedy: Remedy) -> tuple[Cell, Cell]:
 class RemediesPanel(QWidget):
     """Words and progress above, a row per change that was tried, buttons below.
 
-    `activated` is called with the row that a person double-clicks, or presses Enter on.
+    `activated` is called with the row that a person double-clicks, or presses Enter on, `chosen`
+    when another row is selected.
     """
 
-    def __init__(self, activated: Callable[[int], object]) -> None:
+    def __init__(self, activated: Callable[[int], object], chosen: Callable[[], object]) -> None:
         super().__init__()
         self.words = label("", margins=(8, 6, 8, 2))
         self.table = CellTable("Remedies", _columns(None), remedy_cells, least=150, single=True)
         self.table.activated.connect(lambda index: activated(index.row()))
+        self.table.selectionModel().currentRowChanged.connect(lambda *_: chosen())
         self._nothing = empty_label(_NOTHING)
         self.buttons = hbox(margins=(6, 0, 6, 0))
         parts = (self.words, (self._nothing, 1), (self.table, 1), self.buttons)
@@ -124,7 +129,7 @@ class RemedyController:
     def __init__(self, context: Context) -> None:
         self._context, self._state = context, context.session.remedies
         self._failures = context.session.failures
-        self.panel = RemediesPanel(self._show_row)
+        self.panel = RemediesPanel(self._show_row, context.actions.refresh_soon)
         context.docks.add("remedies", "Remedies", self.panel)
         context.show(Part.REMEDIES | Part.TASKS, self._show, "remedies")
         context.actions.add(self._commands())

@@ -355,7 +355,8 @@ def _commands(context: Context, runs: RunsController) -> list[Command]:
                 "detector has predicted, beside the point cloud or, in mono views, in its place.",
                 keypoints.toggle, why_not=lambda: session.no_project() or keypoints.why_none(),
                 checked=lambda: keypoints.wanted),
-        command("follow", "Follow tracker", "Show each frame as soon as it is tracked.",
+        command("follow", "Follow tracker", "Show each frame as soon as it is tracked, except in "
+                "Annotate.",
                 lambda: setattr(track, "follow", not track.follow), "F",
                 checked=lambda: track.follow),
         command("hide_run", "Show active run", "Show or hide the model and the curves of the "

@@ -161,10 +161,7 @@ class TuneController:
         self._context, self._session = context, context.session
         self.trials, self._runs = context.session.trials, context.session.runs
         self.parameters = parameters = ParameterPanel()
-        self.panel = TrialsPanel(
-            lambda row: self._runs.bring_to_front(self._entry(row)),
-            lambda row: self.trials.discard(self._entry(row)),
-        )
+        self.panel = TrialsPanel(lambda row: self._runs.bring_to_front(self._entry(row)))
         context.docks.add("parameters", "Parameters", parameters)
         context.docks.add("trials", "Trials", self.panel)
         self.trials.live = bool(context.settings.value(_LIVE, True, type=bool))

@@ -12,11 +12,13 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.project.project import Project
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.person_boxes import Box, person_boxes
+from stereotrack_core.tracking.presets import UserPreset, named
 
 from ...context import Context
 from ...session.changes import RECORDING, Part
 from ...session.jobs import Job, NewestJob, Task
 from ...session.messages import stored_texts
+from ...session.tracking import Chosen
 from ...session.view_state import CLICK_OVERLAYS, PICTURE_KINDS
 from ...widgets.camera.overlays import OVERLAYS
 from ...widgets.scene.content import Ellipsoid, frustum_corners, frustum_depth
@@ -192,7 +194,7 @@ _QUIET_MS = 1000
 
 
 class ViewMemory:
-    """Keeps frame, workspace, pictures and light in the project; a read-only one is left alone."""
+    """Keeps in the project what is shown, selected and tracked with; not in a read-only one."""
 
     def __init__(self, context: Context) -> None:
         self._context, self._session, self._state = context, context.session, context.view_state
@@ -203,7 +205,8 @@ class ViewMemory:
         watch = context.session.changes.watch
         watch(Part.PROJECT_OPENED, self._on_opened)
         watch(Part.PROJECT_CLOSING, self._on_closing)
-        watch(Part.FRAME | Part.WORKSPACE | Part.PICTURES | Part.DISPLAY, self._note)
+        shown = Part.FRAME | Part.WORKSPACE | Part.PICTURES | Part.DISPLAY
+        watch(shown | Part.SELECTION | Part.THRESHOLD | Part.SETTINGS, self._note)
 
     def _on_opened(self) -> None:
         project = self._session.project.project
@@ -212,7 +215,7 @@ class ViewMemory:
         self._project, self._now = project, None
         self._kept = project.view_settings.get(_SETTING)
         # somebody else may have written it
-        with suppress(KeyError, TypeError, ValueError, AttributeError):
+        with suppress(KeyError, TypeError, ValueError, AttributeError, InputError):
             self._show(self._kept or {})
         self._note()
 
@@ -225,17 +228,26 @@ class ViewMemory:
         document, docks, state = self._session.document, self._context.docks, self._state
         if self._project is None or document.recording is None or not docks.workspace:
             return
+        selected, chosen = state.selection, self._session.track.chosen
         self._now = {
             "frame": document.frame,
             "workspace": docks.workspace,
             "pictures": dict(state.kinds),
             "light": {"": [state.display.brightness, state.display.contrast]},
+            "selection": None if selected is None else [selected.start, selected.stop],
+            "threshold": state.threshold,
+            "settings": chosen,
         }
         self._timer.start()
 
     def _keep(self) -> None:
         project, now = self._project, self._now
-        if project is None or project.read_only or now is None or now == self._kept:
+        if project is None or project.read_only or now is None:
+            return
+        chosen: Chosen = now["settings"]
+        both = (named(chosen.preset, each) for each in (chosen.base, chosen.settings))
+        now = {**now, "settings": [dataclasses.asdict(each) for each in both]}
+        if now == self._kept:
             return
         try:
             project.view_settings.set(_SETTING, now)
@@ -257,6 +269,12 @@ class ViewMemory:
             if kind in PICTURE_KINDS:
                 state.choose_kind(kind, name)
         state.set_light(*map(float, kept["light"].get("", (0.0, 1.0))))
+        state.set_threshold(float(kept["threshold"]))
+        if kept["selection"] and state.selection is None:
+            state.select(range(*map(int, kept["selection"])))
+        if not asked.tracks:  # what runs already is made with what is shown
+            base, own = (UserPreset(**each) for each in kept["settings"])
+            self._session.track.put(Chosen(own.name, base.settings, own.settings))
 
 
 _OPEN_ZOOMED = "open_zoomed"

@@ -61,8 +61,7 @@ class CameraGrid(ViewActs):
         super().__init__(redraw, choose_limb)
         self.choose_kind = choose_kind
         self.tiles: dict[str, CameraTile] = {}
-        self.active = ""
-        """Name of the view that keys act on; empty without views."""
+        self.active = ""  # name of the view that keys act on; empty without views
         self._aspects: Mapping[str, float] = {}
         self._whole: Mapping[str, float] = {}
         self._arrangement: Arrangement = "grid"

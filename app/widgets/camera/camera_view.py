@@ -102,7 +102,8 @@ class CameraView(PictureView):
         if marks is None or before is None or marks.frame != before.frame or at_once:
             self._keep_person()  # never while clicks are placed in the frame that is shown
         self._show_cursor()
-        self._redraw.soon(self.repaint)
+        self._stale = True
+        self._redraw.soon(self._paint_other)
 
     def set_crosshair(self, pixel: QPointF | None) -> None:
         if pixel != self.crosshair:
@@ -162,7 +163,7 @@ class CameraView(PictureView):
             painter.setPen(QPen(QColor(theme.accent), 4.0))
             painter.drawRect(self.rect())
         painter.end()
-        self.painted = self.picture
+        self.painted, self._stale = self.picture, False
 
     def _paint_picture(self, painter: QPainter, transform: QTransform) -> None:
         if self.picture is None or self.picture.pixels is None:
@@ -235,7 +236,7 @@ class CameraView(PictureView):
             if marks is not None:
                 done = self._hand.release(event.position(), marks, event.modifiers())
                 if done is not None:
-                    self._acts.clicked.emit(done)
+                    self._do(done, marks)
                 elif not dragged and not marks.offer.landmark:
                     self._acts.refused.emit(f"{marks.offer.words.capitalize()}.")
             self._hand.let_go()
@@ -244,6 +245,18 @@ class CameraView(PictureView):
             self._click_without_hand(event)
         self._drag = None
         self._show_cursor()
+
+    def _do(self, act: ClickAct, marks: ClickMarks) -> None:
+        """Draw what a person has done at once, and tell of it; what is refused goes again.
+
+        Storing it, and finding out what follows from it, takes several times as long as a person
+        should wait for an answer.
+        """
+        drawn = self._marks = marks.with_act(act)
+        self.repaint()
+        self._acts.clicked.emit(act)
+        if self._marks is drawn:
+            self.set_marks(marks)
 
     def _click_without_hand(self, event: QMouseEvent) -> None:
         """A click that places nothing: it selects a limb, or with the right button a click."""

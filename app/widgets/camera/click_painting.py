@@ -200,11 +200,7 @@ def paint_notes(
 
 
 class _Names:
-    """Writes beside points, where no other name stands; dark below so that it can be read.
-
-    A name that would stand between its point and another one, or has no room beside it, stands
-    above or below with a line that leads to its point.
-    """
+    """Writes beside points, where no other name or point stands; dark below to be read."""
 
     def __init__(self, painter: QPainter, bounds: QRectF, dots: Sequence[QPointF]) -> None:
         self._painter, self.bounds, self._dots = painter, bounds, dots
@@ -217,18 +213,14 @@ class _Names:
         font = _small_font(painter, bold=whole)
         metrics = QFontMetricsF(font)
         size = (metrics.horizontalAdvance(text) + 6.0, metrics.height())
-        beside, apart = _boxes(place, *size)
-        inside = (box for box in (*beside, *apart) if self.bounds.contains(box))
-        free = [box for box in inside if not any(map(box.intersects, self._taken))]
-        free = [box for box in free if box in apart or self._is_own(box, place)]
-        if not free and not whole:
+        boxes = _boxes(place, *size)
+        inside = (box for box in boxes if self.bounds.contains(box))
+        free = (box for box in inside if not any(map(box.intersects, self._taken)))
+        own = next((box for box in free if self._is_own(box, place)), None)
+        if own is None and not whole:
             return  # two names over each other could not be read; the colour tells
-        box = free[0] if free else beside[0]
+        box = own or boxes[0]
         self._taken.append(box)
-        if box in apart:
-            line = QPainterPath(place)
-            line.lineTo(box.center().x(), box.bottom() if box.y() < place.y() else box.top())
-            stroke(painter, line, QPen(_DARK, 3.0), QPen(_WHITE, 1.2))
         _write(painter, box, text, font, 150 if whole else 110)
 
     def _is_own(self, box: QRectF, place: QPointF) -> bool:
@@ -243,14 +235,14 @@ def _distance(box: QRectF, place: QPointF) -> float:
     return hypot(*away)
 
 
-def _boxes(place: QPointF, width: float, height: float) -> tuple[list[QRectF], list[QRectF]]:
-    """Boxes to the right and left of a point, and above and below it, the nearest first."""
+def _boxes(place: QPointF, width: float, height: float) -> list[QRectF]:
+    """Boxes to the right and left of a point, and above and below it."""
     x, y, gap, far = place.x(), place.y(), DOT + 5.0, RING + 6.0
-    beside = [(x + gap, y - 0.5 * height), (x - gap - width, y - 0.5 * height)]
-    away = (far, far + height + 2.0)
-    apart = [(x - 0.5 * width, top) for one in away for top in (y - one - height, y + one)]
-    one, other = ([QRectF(*corner, width, height) for corner in each] for each in (beside, apart))
-    return one, other
+    corners = (
+        *((x + gap, y - 0.5 * height), (x - gap - width, y - 0.5 * height)),
+        *((x - 0.5 * width, y - far - height), (x - 0.5 * width, y + far)),
+    )
+    return [QRectF(*corner, width, height) for corner in corners]
 
 
 def _small_font(painter: QPainter, *, bold: bool = False) -> QFont:

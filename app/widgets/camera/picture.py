@@ -85,10 +85,10 @@ class PictureView(QWidget):
         self._redraw = redraw
         self.picture: Picture | None = None
         self.painted: Picture | None = None
+        self._stale = False  # whether something over the picture has changed since it was painted
         self._display = Display()
         self._image: QImage | None = None
-        self.zoom = 1.0
-        """Magnification over the fitting size, at least 1."""
+        self.zoom = 1.0  # magnification over the fitting size, at least 1
         self._centre: QPointF | None = None
         self._by_hand = self._at_home = False
         self._home: QRectF | None = None
@@ -131,8 +131,10 @@ class PictureView(QWidget):
 
     def _paint_other(self) -> None:
         painted, wanted = self.painted, self.picture
-        if painted is None or wanted is None or not wanted.looks_like(painted):
+        other = painted is None or wanted is None or not wanted.looks_like(painted)
+        if other:
             self._keep_person()
+        if other or self._stale:
             self.repaint()
 
     def set_display(self, display: Display) -> None:

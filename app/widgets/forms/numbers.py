@@ -138,8 +138,7 @@ class NumberField(QDoubleSpinBox):
 class WholeNumberField(NumberField):
     """A field for a whole number."""
 
-    changed = Signal(int)
-    """Signal like Qt's ``valueChanged``, which tells a number with decimals."""
+    changed = Signal(int)  # signal like Qt's ``valueChanged``, which tells a number with decimals
     _parsed = staticmethod(typed_whole_number)
     _wanted = "a whole number. Write digits only"
 

@@ -34,7 +34,6 @@ class ParameterLine(QWidget):
         self._value: Value = row.default
         self._base: Value = row.default
         self._base_word = "preset"
-        self._written = False
         self.editor = self._make_editor()
         self.editor.setFixedWidth(_EDITOR_WIDTH)
         self.editor.setAccessibleName(f"{row.name.replace('_', ' ')} {row.unit}".strip())
@@ -64,6 +63,7 @@ class ParameterLine(QWidget):
         for place, part in enumerate(below, start=1):
             grid.addWidget(part, place, 0, 1, 4)
         self.unfold(unfolded=False)
+        self._show()
         self.editor.installEventFilter(self)
 
     def unfold(self, *, unfolded: bool = True) -> None:
@@ -97,7 +97,7 @@ class ParameterLine(QWidget):
         """Show the value, and what revert goes back to; `base_word` says whose value that is."""
         shown = value, base, base_word
         # Most lines stay as they are when one value is given, and writing them anew takes time.
-        if shown != (self._value, self._base, self._base_word) or self.refusal or not self._written:
+        if shown != (self._value, self._base, self._base_word) or self.refusal:
             self._value, self._base, self._base_word = shown
             self._show()
 
@@ -138,7 +138,6 @@ class ParameterLine(QWidget):
             self._changed(self.row.name, value)
 
     def _show(self) -> None:
-        self._written = True
         match self.editor:
             case QCheckBox() as switch:
                 switch.setChecked(bool(self._value))

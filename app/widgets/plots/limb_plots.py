@@ -298,24 +298,16 @@ class ErrorPlot(Dressed):
     def _on_clicked(self, event: Any) -> None:
         position, left = event.scenePos(), event.button() == Qt.MouseButton.LeftButton
         if left and self._curves and self._box.sceneBoundingRect().contains(position):
-            self._request(round(self._box.mapSceneToView(position).x()))
-
-    def _request(self, frame: int) -> None:
-        first, last = self._extent()
-        frame = int(min(max(frame, first), last - 1))
-        if frame != self._frame:
-            self.set_frame(frame)
-            self._visit(frame)
+            first, last = self._extent()
+            frame = round(self._box.mapSceneToView(position).x())
+            self._visit(int(min(max(frame, first), last - 1)))
 
     def event(self, event: QEvent) -> bool:
         # as in the timeline, what shows a whole image shows all frames here
         return takes_key(event, _shows_all) or super().event(event)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        step = 10 if event.modifiers() & Qt.KeyboardModifier.ShiftModifier else 1
-        if event.key() in (Qt.Key.Key_Left, Qt.Key.Key_Right):
-            self._request(self._frame + (step if event.key() == Qt.Key.Key_Right else -step))
-        elif _shows_all(event):
+        if _shows_all(event):
             self.show_everything()
             self._zoomed(*self._extent())
         else:

@@ -96,8 +96,7 @@ class SceneView(QWidget):
         self.setMinimumSize(160, 120)
         self.setAccessibleName("3-D scene")
         self.setAccessibleDescription(_HELP)
-        self.content = SceneContent()
-        """What is shown, or will be at the next painting."""
+        self.content = SceneContent()  # what is shown, or will be at the next painting
         self._layers = dict.fromkeys(LAYERS, True) | {"ellipsoids": False}
         self._orbit: Orbit | None = None
         self._standing = "home"

@@ -45,8 +45,7 @@ class ElidedLabel(QLabel):
 
     def __init__(self, words: str = "", parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self.words = ""
-        """All words, also those that are cut."""
+        self.words = ""  # all words, also those that are cut
         self.setProperty("role", "muted")
         self.setMinimumWidth(40)
         self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
@@ -70,8 +69,8 @@ class ElidedLabel(QLabel):
 class Raised(QWidget):
     """A strip (role ``bar``) or ``box`` with a coloured edge, see the style sheet's ``edge``."""
 
-    def __init__(self, role: str, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, role: str) -> None:
+        super().__init__()
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self.setProperty("role", role)
 

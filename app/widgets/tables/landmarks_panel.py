@@ -128,8 +128,7 @@ class NextPanel(QWidget):
         self._lay_out()
         self._sign: StopSign | None = None
         self._every: Sequence[Suggestion] = ()
-        self.awaited = False
-        """Whether to go to the best place as soon as one is known."""
+        self.awaited = False  # whether to go to the best place as soon as one is known
         self.show_ranking((), None, {})
 
     def _lay_out(self) -> None:

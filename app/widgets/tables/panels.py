@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 from PySide6.QtCore import QSignalBlocker, QSize, Qt
-from PySide6.QtGui import QAction, QKeyEvent, QPen
+from PySide6.QtGui import QAction, QPen
 from PySide6.QtWidgets import (
     QCheckBox,
     QStackedLayout,
@@ -196,13 +196,11 @@ TRIAL_TIP = (
 class TrialsPanel(QWidget):
     """A row for the run and for each trial.
 
-    `chosen` is called with the row that a person has selected, -1 for none; `dismiss` with the row
-    that shall go, by Del.
+    `chosen` is called with the row that a person has selected, -1 for none.
     """
 
-    def __init__(self, chosen: Callable[[int], object], dismiss: Callable[[int], object]) -> None:
+    def __init__(self, chosen: Callable[[int], object]) -> None:
         super().__init__()
-        self._dismiss = dismiss
         self.words = label(margins=(8, 6, 8, 0))
         self.stretch_words, self.limits = (
             label("", "muted", margins=(8, 0, 8, 2)) for _ in range(2)
@@ -249,12 +247,6 @@ class TrialsPanel(QWidget):
 
     def choose(self, row: int) -> None:
         self.table.setCurrentIndex(self.table.cells.index(row, 0))
-
-    def keyPressEvent(self, event: QKeyEvent) -> None:
-        if event.key() == Qt.Key.Key_Delete and self.row >= 0:
-            self._dismiss(self.row)
-        else:
-            super().keyPressEvent(event)
 
 
 def number_cell(value: float, change: float, digits: int) -> Cell:

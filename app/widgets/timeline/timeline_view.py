@@ -17,8 +17,9 @@ from PySide6.QtGui import (
     QResizeEvent,
     QWheelEvent,
 )
-from PySide6.QtWidgets import QAbstractScrollArea, QToolTip, QWidget
+from PySide6.QtWidgets import QAbstractScrollArea, QToolTip
 
+from ..redraw import takes_key
 from ..style.theme import current_theme
 from .lanes import Lane, TimelineScale
 from .painting import LEAST_LANE, MOST_LANE, RULER_HEIGHT, TimelinePainter, time_text
@@ -29,12 +30,8 @@ HELP = (
     "0 zoom, [ and ] set the ends of the selection, Esc clears it. Ctrl+click on names, or up and "
     "down, to select lanes; Shift adds."
 )
-_ZOOMS = {Qt.Key.Key_Plus: 1.5, Qt.Key.Key_Equal: 1.5, Qt.Key.Key_Minus: 1 / 1.5}
-_STEPS = (
-    *(Qt.Key.Key_Left, Qt.Key.Key_Right, Qt.Key.Key_PageUp, Qt.Key.Key_PageDown),
-    *(Qt.Key.Key_Home, Qt.Key.Key_End),
-)
-"""Keys that step by frames, seconds and to the ends, each back and on."""
+_ZOOMS = {Qt.Key.Key_Plus: 1.5, Qt.Key.Key_Equal: 1.5, Qt.Key.Key_Minus: 1 / 1.5, Qt.Key.Key_0: 0.0}
+"""Factors by keys; 0 shows all frames."""
 _NAMES_NARROWEST, _NAMES_WIDEST = 120, 190
 _STEPS_PER_PAGE = 1000
 
@@ -58,8 +55,8 @@ class TimelineView(QAbstractScrollArea):
     margins_changed = Signal(float, float)
     """Pixels beside the frames at the left and right: names, and a scroll bar."""
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self) -> None:
+        super().__init__()
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setFrameShape(QAbstractScrollArea.Shape.NoFrame)
         self.setMinimumHeight(RULER_HEIGHT + 3 * LEAST_LANE)
@@ -69,8 +66,7 @@ class TimelineView(QAbstractScrollArea):
         self.lanes: tuple[Lane, ...] = ()
         self._groups: dict[str, tuple[Lane, ...]] = {}
         self.selected_lanes: frozenset[str] = frozenset()
-        self.lane_height = MOST_LANE
-        """Height of a lane: what there is room for, within limits."""
+        self.lane_height = MOST_LANE  # height of a lane: what there is room for, within limits
         self._hint = ""
         self.scale = TimelineScale()
         self._fps = 1.0
@@ -326,17 +322,19 @@ class TimelineView(QAbstractScrollArea):
         value = lane.value_text(frame) if lane is not None else ""
         return f"{text}\n{lane.name}: {value}" if lane is not None and value else text
 
+    def event(self, event: QEvent) -> bool:
+        # what zooms the active view zooms the timeline while that has the focus
+        return takes_key(event, lambda key: key.key() in _ZOOMS) or super().event(event)
+
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        shift = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
-        one, second, every = 10 if shift else 1, max(1, round(self._fps)), self.scale.frame_count
-        go = dict(zip(_STEPS, (-one, one, -second, second, -every, every), strict=True))
+        second, every = max(1, round(self._fps)), self.scale.frame_count
         key, old, here = Qt.Key(event.key()), self.selection, self.frame
         if not self.scale.frame_count:
             super().keyPressEvent(event)
-        elif key in go:
-            self._request(self.frame + go[key])
-        elif key in _ZOOMS:
-            self._set_scale(self.scale.zoomed(_ZOOMS[key], self.scale.x_of(self.frame + 0.5)))
+        elif key in (Qt.Key.Key_PageUp, Qt.Key.Key_PageDown):
+            self._request(here + (second if key == Qt.Key.Key_PageDown else -second))
+        elif factor := _ZOOMS.get(key):
+            self._set_scale(self.scale.zoomed(factor, self.scale.x_of(here + 0.5)))
         elif key == Qt.Key.Key_0:
             self._set_scale(self.scale.whole())
         elif key == Qt.Key.Key_Escape and (self.selection or self.selected_lanes):
@@ -347,6 +345,7 @@ class TimelineView(QAbstractScrollArea):
         elif key == Qt.Key.Key_BracketRight:
             self._select(range(min(old.start, here) if old else 0, here + 1))
         elif key in (Qt.Key.Key_Up, Qt.Key.Key_Down) and self.lanes:
+            shift = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
             self._select_next_lane(down=key == Qt.Key.Key_Down, adds=shift)
         else:
             super().keyPressEvent(event)

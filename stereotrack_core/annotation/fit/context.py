@@ -132,14 +132,14 @@ class FitContext:
         if cloud is None or not s.use_depth:
             return FrameData(clicks)
         if isinstance(cloud, Cloud):
-            cloud = measured_depth(cloud, silhouettes=s.use_silhouettes)
+            cloud = measured_depth(cloud)
         return FrameData(clicks, cloud)
 
     def shaped(
         self, data: Sequence[FrameData], poses: Sequence[Pose], known: IntArray
     ) -> FitContext:
         """The same with the person's surface and outline, if enough `known` frames show them."""
-        if self.shape is not None or not self.settings.fit_shape:
+        if self.shape is not None:
             return self
         deep = np.array([k for k in known if data[k].depth is not None], dtype=np.int64)
         if len(deep) < _FEWEST:

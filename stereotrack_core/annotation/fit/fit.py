@@ -150,6 +150,7 @@ def _other_ways(stretch: Stretch, frame: FrameData, pose: Pose) -> list[Pose]:
     return found
 
 
+_LONGEST_FILL = 2.0  # seconds from every clicked frame within which frames are filled without depth
 _ROUNDS = 8
 _ANYWHERE = (2.0, 120.0, 90.0)  # error of a first pose: metres; degrees of torso and joints
 Clouds = Callable[[int], Cloud | MeasuredDepth | None]  # depth of a frame; None where there is none
@@ -169,7 +170,7 @@ def _connected_stretches(
             continue
         reach = len(frames)
         if not deep:
-            reach = int(context.settings.longest_fill * context.fps)
+            reach = int(_LONGEST_FILL * context.fps)
         away = np.abs(np.arange(run.start, run.stop)[:, None] - inside).min(axis=1)
         kept = stretches_of(away <= reach)
         found += [frames[run.start + one.start : run.start + one.stop] for one in kept]

@@ -98,23 +98,14 @@ class ClickResidual:
     local: FloatArray  # (L, 3) are the landmarks in their parts' frames, `variance` is (2 M,)
     variance: FloatArray
 
-    @property
-    def measured(self) -> FloatArray:
-        """The clicks (2 M,)."""
-        return _pixels(self.clicks, self.clicks.normalised)
-
     def missed(self, frames: PartFrames) -> FloatArray:
         """Click minus landmark (M, 2) in pixels at one pose."""
-        stacked = PartFrames(frames.rotations[None], frames.origins[None])
-        return np.asarray((self.measured - self.predicted(stacked)[0]).reshape(-1, 2))
-
-    def predicted(self, frames: PartFrames) -> FloatArray:
-        """The landmarks (S, 2 M) for stacked poses."""
-        part = self.freedom.parts[self.clicks.landmark]
-        own = self.local[self.clicks.landmark]
-        world = frames.apply(part, own)
-        inside = _in_cameras(self.clicks, world)
-        return _pixels(self.clicks, inside[..., :2] / inside[..., 2:])
+        c = self.clicks
+        inside = _in_cameras(
+            c, frames.apply(self.freedom.parts[c.landmark], self.local[c.landmark])
+        )
+        off = c.normalised - inside[:, :2] / inside[:, 2:]
+        return np.asarray(np.einsum("mij,mj->mi", c.raw_from_normalised, off))
 
     def jacobian(self, frames: PartFrames) -> FloatArray:
         """Derivatives (2 M, n) by the fit's own state at one pose."""
@@ -135,15 +126,9 @@ class ClickResidual:
 
 
 def _in_cameras(clicks: Clicks, world: FloatArray) -> FloatArray:
-    inside: FloatArray = np.einsum("mij,...mj->...mi", clicks.rotations, world)
-    inside = inside + clicks.translations
-    inside[..., 2] = np.maximum(inside[..., 2], _NEAREST)
+    inside: FloatArray = np.einsum("mij,mj->mi", clicks.rotations, world) + clicks.translations
+    inside[:, 2] = np.maximum(inside[:, 2], _NEAREST)
     return inside
-
-
-def _pixels(clicks: Clicks, normalised: FloatArray) -> FloatArray:
-    pixels = np.einsum("mij,...mj->...mi", clicks.raw_from_normalised, normalised)
-    return np.asarray(pixels.reshape(*normalised.shape[:-2], -1))
 
 
 @dataclass(frozen=True, eq=False)

@@ -29,46 +29,15 @@ from stereotrack_core.body.pose import PartFrames, Pose, orthonormal
 from stereotrack_core.body.skeleton import HEAD, PARENTS, PARTS, TORSO
 from stereotrack_core.filtering.smoothing import Walk
 from stereotrack_core.geometry.rotation import rotation_from_vector
-from stereotrack_core.parameters import ParameterGroup, parameter
-
-_CLICKS, _BODY, _MOVEMENT, _DEPTH = "Clicks", "Body", "Movement", "Depth"
 
 
 @dataclass(frozen=True)
-class FitSettings(ParameterGroup):
-    """How the body is fitted to clicks; standard deviations are per axis."""
+class FitSettings:
+    """How the body is fitted to clicks."""
 
-    use_depth: bool = parameter(True, _DEPTH)(
-        "Use the measured points where the recording has depth."
-    )
-    outlier_share: float = parameter(0.03, _CLICKS, (0.0, 0.5))(
-        "Expected share of outliers among the clicks."
-    )
-    sigma_joint_shift: float = parameter(0.006, _BODY, (0.0001, 0.2), unit="m")(
-        "Standard deviation of joint positions from their place on the rigid body model."
-    )
-    speed_position: float = parameter(0.25, _MOVEMENT, (0.001, 20.0), unit="m/s")(
-        "Typical speed of the body."
-    )
-    speed_rotation: float = parameter(120.0, _MOVEMENT, (0.1, 5000.0), unit="deg/s")(
-        "Typical rotation of the torso."
-    )
-    speed_joint: float = parameter(100.0, _MOVEMENT, (0.1, 5000.0), unit="deg/s")(
-        "Typical rotation of a joint."
-    )
-    longest_fill: float = parameter(2.0, _MOVEMENT, (0.0, 1000.0), unit="s")(
-        "Without depth, frames farther than this from every clicked frame are not interpolated."
-    )
-    sigma_surface_shift: float = parameter(0.012, _DEPTH, (0.0001, 0.2), unit="m")(
-        "Standard deviation of the common offset of a limb's measured surface (surface bias). "
-        "The trunk has its own value."
-    )
-    use_silhouettes: bool = parameter(True, _DEPTH)(
-        "Fit the contours of the body to the silhouette edges, in views that have a silhouette."
-    )
-    fit_shape: bool = parameter(True, _DEPTH)(
-        "Fit the body's surface to the clicked frames before depth is used."
-    )
+    use_depth: bool = True  # use the measured points where the recording has depth
+    outlier_share: float = 0.03  # expected share of outliers among the clicks
+    sigma_joint_shift: float = 0.006  # metres per axis from a joint's place in the body model
 
 
 _ARMS_AND_HEAD = (*THESIS_JOINTS, HEAD)  # joints that landmarks can tell; legs are there for depth
@@ -224,6 +193,7 @@ def biased(frames: PartFrames, biases: FloatArray) -> PartFrames:
     return PartFrames(rotations, origins)
 
 
+_SPEEDS = (0.25, 120.0, 100.0)  # usual ones: m/s; degrees a second of torso, of a joint
 _SHIFTS_LAST, _SPEEDS_LAST = 2.0, 0.3  # seconds over which landmarks' shifts, and speeds, correlate
 _SURFACE_LASTS, _TRUNK_LASTS = 3.0, 20.0  # seconds over which surface biases correlate
 _TAIL = 1.5  # degrees of freedom of the movement's t-distribution: few, for stillness and jerks
@@ -249,9 +219,7 @@ class Movement:
         kept[n:] = _kept(fps, _SPEEDS_LAST)
         self.F = np.diag(kept)
         self.F[np.arange(of_pose), n + np.arange(of_pose)] = 1.0
-        speed = pose_sigmas(
-            freedom, settings.speed_position, settings.speed_rotation, settings.speed_joint
-        )
+        speed = pose_sigmas(freedom, *_SPEEDS)
         shifts = shift_sigmas(freedom, settings)
         self.sigma = np.concatenate([np.full(of_pose, np.nan), shifts, speed / fps])
         self.noise = self.sigma**2 * (1.0 - kept**2)
@@ -316,17 +284,16 @@ def pose_sigmas(
 
 
 _LANDMARK_SHIFT, _HEAD_SHIFT = 0.006, 0.02  # m; landmarks that are no joints, and the head's
-_SURFACE_TURN, _TRUNK_SHIFT = np.radians(4.0), 0.025  # of a limb's surface, of the trunk's (m)
+_SURFACE_SHIFT, _SURFACE_TURN = 0.012, np.radians(4.0)  # of a limb's measured surface; metres
+_TRUNK_SHIFT = 0.025  # metres; of the trunk's
 
 
 def shift_sigmas(freedom: Freedom, settings: FitSettings) -> FloatArray:
     """Usual sizes of landmarks' shifts and of surface biases."""
     shifts = np.where(freedom.shifts_joint, settings.sigma_joint_shift, _LANDMARK_SHIFT)
     shifts[freedom.parts == HEAD] = _HEAD_SHIFT
-    biases = np.tile(
-        np.repeat([settings.sigma_surface_shift, _SURFACE_TURN], 3),
-        len(LIMBS) if freedom.with_depth else 0,
-    )
+    limbs = len(LIMBS) if freedom.with_depth else 0
+    biases = np.tile(np.repeat([_SURFACE_SHIFT, _SURFACE_TURN], 3), limbs)
     biases[:3] = _TRUNK_SHIFT
     return np.concatenate([np.repeat(shifts, 3), biases])
 

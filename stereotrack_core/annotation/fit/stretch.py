@@ -70,14 +70,13 @@ def _as_type(edge: EdgeMap, kind: type[np.floating[Any]]) -> EdgeMap:
     return replace(edge, distance=distance, range_z=range_z)
 
 
-def measured_depth(cloud: Cloud, *, silhouettes: bool) -> MeasuredDepth:
+def measured_depth(cloud: Cloud) -> MeasuredDepth:
     """Keep of a cloud what the fit needs: points, drawn evenly, the same for the same frame."""
     points = cloud.points
     if len(points) > _POINTS:
         rng = np.random.default_rng(cloud.frame)
         points = points[np.sort(rng.choice(len(points), _POINTS, replace=False))]
-    maps = edge_maps(cloud) if silhouettes else ()
-    return MeasuredDepth(points, tuple(_as_type(edge, np.float16) for edge in maps))
+    return MeasuredDepth(points, tuple(_as_type(edge, np.float16) for edge in edge_maps(cloud)))
 
 
 @contextmanager
@@ -97,8 +96,7 @@ def recorded_depth(
             chain.learn_background(reader, range(reader.frame_count))
 
             def depth_of(frame: int) -> MeasuredDepth:
-                cloud = chain.process(reader.frame_set(frame))
-                return measured_depth(cloud, silhouettes=settings.use_silhouettes)
+                return measured_depth(chain.process(reader.frame_set(frame)))
 
             yield depth_of
         finally:

@@ -1,22 +1,25 @@
-"""A film strip of a failure: a cell for each view and frame, cropped to the limbs that fail."""
+"""Film strips of a failure: a cell for each view and frame, cropped to the limbs that fail."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
 from stereotrack_core.arrays import FloatArray, ImageArray
-from stereotrack_core.body.limbs import LIMB_ENDS
+from stereotrack_core.body.limbs import LIMB_ENDS, LIMBS
 from stereotrack_core.body.mesh import PartMesh
 from stereotrack_core.evaluation.failure_segments.drawing import (
     Window,
+    best_view,
     body_at,
     draw_body,
     draw_reference,
     plain_picture,
 )
+from stereotrack_core.evaluation.failure_segments.find import FailureSearch
 from stereotrack_core.evaluation.failure_segments.segment import FailureSegment
-from stereotrack_core.evaluation.summary import points_at
+from stereotrack_core.evaluation.summary import errors_against, points_at
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.description import Recording, View
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
@@ -79,12 +82,12 @@ class Film:
     frames: tuple[int, ...]
 
     def cells(self, reader: FrameReader) -> tuple[FilmCell, ...]:
-        """The cells, view by view and in each by frames."""
-        windows = {view.name: self._window(view) for view in self.recording.views}
-        found: dict[str, list[FilmCell]] = {view.name: [] for view in self.recording.views}
+        """The cells of the reader's views, view by view and in each by frames."""
+        windows = {view.name: self._window(view) for view in reader.views}
+        found: dict[str, list[FilmCell]] = {view.name: [] for view in reader.views}
         for frame in self.frames:
             images, bodies = reader.frame_set(frame), [body_at(run, frame) for run in self.runs]
-            for view in self.recording.views:
+            for view in reader.views:
                 window = windows[view.name]
                 pictures = self._pictures(images, view, window, bodies)
                 turns = (view.display_rotation // 90) % 4
@@ -127,3 +130,69 @@ class Film:
         side, middle = float((high - low).max()), (low + high) / 2.0
         left, top = (middle - side / 2.0).tolist()
         return Window(left, top, CELL / side, CELL, CELL)
+
+
+_STRIP_FRAMES, _GAP, _BORDER = 5, 6, 10
+_TEXT, _LINE = 15.0, 22
+_INK, _FAINT = (20, 20, 20), (90, 90, 90)  # of captions, and of the title
+
+
+def strip_of(search: FailureSearch, recording: Recording, failure: FailureSegment) -> ImageArray:
+    """Strip (H, W, 3) BGR of evenly spread frames of a failure in the view that shows it best.
+
+    The run is above; where the failure was found by error, the reference is below.
+    """
+    run, limbs = search.run, failure.limbs
+    frames = np.unique(np.linspace(failure.first, failure.last, _STRIP_FRAMES).round().astype(int))
+    reference = search.reference if failure.found == "truth" else None
+    view = best_view(recording, run, frames.tolist(), limbs)
+    film = Film(recording, (run,), reference, limbs, tuple(frames.tolist()))
+    with FrameReader(recording, views=[view], read_ahead=0) as reader:
+        pictures = [cell.pictures for cell in film.cells(reader)]
+    return _sheet(list(zip(pictures, captions(film), strict=True)), f"view {view}")
+
+
+def captions(film: Film) -> list[tuple[str, ...]]:
+    """Caption of each frame: its number, then the limbs' errors or the run's own judgement."""
+    run, frames = film.runs[0], np.array(film.frames)
+    if film.reference is None:
+        known, values, unit = run.frame, 100.0 * run.limb_lost, " % lost"
+    else:
+        errors, unit = errors_against(run.trajectory(), film.reference), "°"
+        known, values = errors.frame, errors.degrees
+    told = [[f"frame {frame}"] for frame in film.frames]
+    _, asked, own = np.intersect1d(frames, known, return_indices=True)
+    for lines, row in zip((told[i] for i in asked), values[own], strict=True):
+        each = ((limb, row[LIMBS.index(limb)]) for limb in film.limbs)
+        lines += [f"{limb.replace('_', ' ')} {x:.0f}{unit}" for limb, x in each if np.isfinite(x)]
+    return [tuple(lines) if len(lines) > 1 else (*lines, "unknown") for lines in told]
+
+
+def _sheet(columns: Sequence[tuple[Sequence[ImageArray], Sequence[str]]], title: str) -> ImageArray:
+    """Columns of pictures with lines of text below, beside each other under a title."""
+    import matplotlib  # all three only where something is written: they take their time
+    from PIL import Image, ImageDraw, ImageFont
+
+    place = Path(matplotlib.get_data_path()) / "fonts" / "ttf" / "DejaVuSans.ttf"
+    font = ImageFont.truetype(place, _TEXT, layout_engine=ImageFont.Layout.BASIC)
+    widths = [
+        max(pictures[0].shape[1], *(int(font.getlength(line)) + 5 for line in lines))
+        for pictures, lines in columns
+    ]
+    below = _BORDER + _LINE + sum(len(picture) + _GAP for picture in columns[0][0])
+    height = below + _LINE * max(len(lines) for _, lines in columns) + _BORDER
+    width = sum(widths) + _GAP * (len(widths) - 1) + 2 * _BORDER
+    sheet = Image.new("RGB", (width, height), "white")
+    pen = ImageDraw.Draw(sheet)
+    pen.text((_BORDER, _BORDER), title, font=font, fill=_FAINT)
+    left = _BORDER
+    for wide, (pictures, lines) in zip(widths, columns, strict=True):
+        top = _BORDER + _LINE
+        for picture in pictures:
+            beside = (wide - picture.shape[1]) // 2
+            sheet.paste(Image.fromarray(picture[..., ::-1]), (left + beside, top))
+            top += len(picture) + _GAP
+        middle, words = (left + wide / 2, below), "\n".join(lines)
+        pen.text(middle, words, _INK, font, anchor="ma", align="center")
+        left += wide + _GAP
+    return np.ascontiguousarray(np.asarray(sheet)[..., ::-1])

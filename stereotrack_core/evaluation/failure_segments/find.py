@@ -1,7 +1,8 @@
-"""All failures of a run, with their probable causes."""
+"""All failures of a run, with their probable causes, and the reasons of their first frames."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
@@ -9,12 +10,19 @@ from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.evaluation.failure_segments import causes, segment
 from stereotrack_core.evaluation.failure_segments.looks import Looker
-from stereotrack_core.evaluation.summary import at_frames, errors_against
+from stereotrack_core.evaluation.failure_segments.reasons import reason_of
+from stereotrack_core.evaluation.summary import at_frames, errors_against, points_at
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
-from stereotrack_core.recording.selection import gives_depth
+from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.recording.selection import gives_depth, usable_views
+from stereotrack_core.tracking.estimate import Estimate
 from stereotrack_core.tracking.frame import Run
-from stereotrack_core.tracking.stored import fps_of_run
+from stereotrack_core.tracking.model import cameras_of, model_for
+from stereotrack_core.tracking.repeating import stored_spec
+from stereotrack_core.tracking.stored import body_of_run, fps_of_run, pose_of_run
+from stereotrack_core.tracking.tuning.clouds import CloudStore
+from stereotrack_core.tracking.tuning.process import KeptRecording, RecordStep
 from stereotrack_core.work import NO_WORK, Work
 
 _INSIDE, _USUAL = 6, 10  # frames that are looked at in a failure, and outside of any
@@ -68,7 +76,7 @@ def stretches_of(search: FailureSearch) -> tuple[segment.FailureSegment, ...]:
     degrees = run.frame[:0], np.empty((0, len(LIMBS)))
     if reference is not None:
         errors = errors_against(run.trajectory(), at_frames(reference, run.frame))
-        degrees = errors.frame, np.degrees([errors.of_limb(limb) for limb in LIMBS]).T
+        degrees = errors.frame, errors.degrees
         found = (*found, *segment.failures_by_error(errors, search.fps, search.rules))
     told = ((one, _largest(one, *degrees), _largest(one, *chance)) for one in found)
     found = tuple(replace(one, error_deg=deg, chance=share) for one, deg, share in told)
@@ -137,3 +145,43 @@ def _free(search: FailureSearch, failures: Sequence[segment.FailureSegment]) -> 
 def _spread(frames: IntArray, count: int) -> list[int]:
     places = np.linspace(0, len(frames) - 1, min(count, len(frames))).round().astype(int)
     return [int(k) for k in frames[np.unique(places)]]
+
+
+def with_reasons(
+    search: FailureSearch, failures: Sequence[segment.FailureSegment], work: Work = NO_WORK
+) -> tuple[segment.FailureSegment, ...]:
+    """Failures with the reasons of their first frames, if the reference and the run know them.
+
+    Raises Cancelled; InputError if the run does not say how it was made.
+    """
+    run, recording, reference = search.run, search.recording, search.reference
+    if recording is None or reference is None or not failures or not gives_depth(recording):
+        return tuple(failures)
+    spec, body = stored_spec(run).spec, body_of_run(run)
+    views = usable_views(recording, spec.views)
+    where, fps, seed = cameras_of(recording, views), recording.fps, spec.seed
+    make = partial(model_for, body, spec.settings, where, fps, seed)
+    explained = []
+    kept = KeptRecording(recording)
+    with FrameReader(recording, views=views, colour=False) as reader:
+        store = CloudStore(recording, reader)
+        for i, failure in enumerate(failures):
+            work.step(i / len(failures), "recording the steps in which failures begin")
+            frame = failure.first
+            truth = points_at(reference, np.array([frame]))[0]
+            known = (_estimate(run, frame - 1), _estimate(run, frame))
+            seen = {"seen": run.seen(frame), "truth": truth, "views": views}
+            step = RecordStep(kept, frame, spec.settings, make, *known, **seen)
+            arms = step.recorded(store, work.stopped).trace.search
+            explained.append(replace(failure, reason=None if arms is None else reason_of(arms)))
+        store.close()
+    return tuple(explained)
+
+
+def _estimate(run: Run, frame: int) -> Estimate | None:
+    """Estimate that a run states for a frame, as far as a step begins from it."""
+    for i in np.flatnonzero(run.frame == frame):
+        pose = pose_of_run(run, int(i))
+        if pose is not None:
+            return Estimate(True, "", pose, run.x[i], run.P[i])
+    return None

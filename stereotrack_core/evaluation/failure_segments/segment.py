@@ -303,9 +303,8 @@ def failures_by_error(
 ) -> tuple[FailureSegment, ...]:
     """Stretches in which the error of a limb's direction exceeds the threshold long enough."""
     rules = rules or FailureRules()
-    degrees = np.degrees([errors.of_limb(limb) for limb in LIMBS])
     levels = rules.episode_error, _ENDS_BELOW_ERROR
-    stretches = _of_limbs(errors.frame, degrees.T, levels, fps, rules)
+    stretches = _of_limbs(errors.frame, errors.degrees, levels, fps, rules)
     return joined(stretches, "truth", "error")
 
 

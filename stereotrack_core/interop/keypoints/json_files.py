@@ -72,20 +72,12 @@ def read_json_rows(source: KeypointSource, content: Any) -> Iterator[FileRow]:
 def read_results(source: KeypointSource, content: Any) -> Iterator[FileRow]:
     """Rows of a results file; InputError where it makes no sense."""
     check_kind(content, _RESULTS, str(source.path), _COCO_REMEDY)
-    pictures = [text for one in content if not (text := str(one.get("image_id"))).isdecimal()]
-    places = PicturePlaces(source, pictures)
-
-    def place_of(image: Any, where: str) -> tuple[int, str] | None:
-        if not str(image).isdecimal():
-            return places.of(str(image), where)
-        camera = source.camera_of(source.path.name, where)
-        return checked_frame(float(image), where=where), camera
-
+    places = PicturePlaces(source, [str(one.get("image_id")) for one in content])
     people = [
         (one, f"{source.path}, entry {number}", source.detector or str(one.get("source") or ""))
         for number, one in enumerate(content)
     ]
-    return _coco_rows(source, people, place_of, {})
+    return _coco_rows(source, people, lambda image, where: places.of(str(image), where), {})
 
 
 def read_annotations(source: KeypointSource) -> Iterator[FileRow]:

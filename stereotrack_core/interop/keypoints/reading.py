@@ -16,7 +16,6 @@ from stereotrack_core import tables
 from stereotrack_core.atomic import write_file
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop import deeplabcut, sleap
-from stereotrack_core.interop.hdf5 import read_hdf5
 from stereotrack_core.interop.keypoints import arrays, json_files
 from stereotrack_core.interop.keypoints.source import (
     FileRow,
@@ -26,6 +25,7 @@ from stereotrack_core.interop.keypoints.source import (
     found_in,
 )
 from stereotrack_core.interop.label_source import PicturePlaces, checked_frame
+from stereotrack_core.limited_process import read_apart
 from stereotrack_core.reading import TABLE_BYTES, decoding, read_json
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.frame_times import TIME_COLUMNS, row_times, same_rate, stated_time
@@ -144,12 +144,6 @@ def read_keypoints(source: KeypointSource, frames: int | None = None) -> FoundKe
 
     `frames` is their number in the recording, where it is known. Raises InputError where the file
     cannot be read, is of a kind that is not understood, or names no camera of the recording.
-
-    Examples
-    --------
-    >>> found = read_keypoints(KeypointSource(Path("openpose"), recording), 200)
-    >>> len(found.keypoints), found.summary()
-    (13600, '6400 of keypoints that are no part of the body')
     """
     rows, notes = at_stated_times(_rows(source), source.path, source.recording.fps)
     found = found_in(source, rows, frames)
@@ -176,8 +170,8 @@ def _rows(source: KeypointSource) -> Iterator[FileRow]:
 
 
 def _of_hdf5(source: KeypointSource) -> Iterator[FileRow]:
-    deeplabcut.check_h5py(source.path)
-    found = read_hdf5(source.path, _stored_hdf5, _NO_HDF5, _UNDERSTOOD)
+    deeplabcut.check_hdf5(source.path)
+    found = read_apart(_stored_hdf5, source.path, _UNDERSTOOD)
     if isinstance(found, deeplabcut.DeepLabCutTable):
         return deeplabcut.predictions_of(source, found)
     return sleap.rows_of_analysis(found, source)

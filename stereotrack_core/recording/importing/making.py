@@ -1,7 +1,7 @@
 """Write the recording folder that was chosen; sources are read only, nothing is overwritten."""
 
 from collections.abc import Sequence
-from contextlib import closing
+from contextlib import closing, suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -71,10 +71,11 @@ def _keeps_calibration(choices: Choices, folder: Path) -> bool:
     return given is not None and own.exists() and given.resolve() == own.resolve()
 
 
-def cameras_for(choices: Choices) -> dict[str, Camera]:
-    """The cameras of the calibration, or guessed ones.
+def cameras_for(choices: Choices, notes: list[str] | None = None) -> dict[str, Camera]:
+    """The cameras of the calibration, or guessed ones; `notes` are told what is changed.
 
-    A calibration of the upright images of a video that is stored lying is turned back.
+    A calibration of the upright images of a video that is stored lying is turned back, and one of
+    padded images is cut.
 
     Raises InputError where a camera is missing in the calibration, or its images have another size.
     """
@@ -83,6 +84,7 @@ def cameras_for(choices: Choices) -> dict[str, Camera]:
     if choices.calibration is None:
         return {name: _guessed(name, *size) for name, size in sizes.items()}
     known = dict(choices.given or read_calibration(choices.calibration))
+    notes = [] if notes is None else notes
     for name, size in sizes.items():
         wanted = choices.cameras.get(name, name)
         camera = known.get(wanted)
@@ -93,7 +95,10 @@ def cameras_for(choices: Choices) -> dict[str, Camera]:
         turned = turns[name]
         if size == (camera.height, camera.width) and turned % 180:
             known[wanted] = camera = as_stored(camera, turned)
+            what = f"the calibration of {name} is of upright images"
+            notes.append(f"{what}; it is turned to those stored")
         if is_padded((camera.width, camera.height), size):
+            notes.append(PADDED.format(name, camera.width, camera.height, *size))
             known[wanted] = camera = replace(camera, width=size[0], height=size[1])
         if size != (camera.width, camera.height):
             images = f"the images of {name} have {size[0]} x {size[1]} pixels"
@@ -105,19 +110,9 @@ def cameras_for(choices: Choices) -> dict[str, Camera]:
 
 def calibration_notes(choices: Choices) -> tuple[str, ...]:
     """Clauses about cameras whose calibration is of turned or padded images, and is changed."""
-    if choices.calibration is None:
-        return ()
-    notes, known = [], choices.given or read_calibration(choices.calibration)
-    for use in choices.used():
-        for name in cameras_of(use):
-            camera, size = known.get(choices.cameras.get(name, name)), size_of(use)
-            if camera is None:
-                continue
-            if use.source.turned % 180 and size == (camera.height, camera.width):
-                what = f"the calibration of {name} is of upright images"
-                notes.append(f"{what}; it is turned to those stored")
-            if is_padded((camera.width, camera.height), size):
-                notes.append(PADDED.format(name, camera.width, camera.height, *size))
+    notes: list[str] = []
+    with suppress(InputError):  # told where the recording is made
+        cameras_for(choices, notes)
     return tuple(notes)
 
 

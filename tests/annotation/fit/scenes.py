@@ -44,4 +44,4 @@ def clicked(k, rng, sigma=2.0, seen_by=tuple(CAMERAS), names=NINE.names, rig=CAM
 
 
 def fitting(rig=CAMERAS, **changes) -> ClickFit:
-    return ClickFit(rig, NINE, AVERAGE, FitSettings().replaced(**changes))
+    return ClickFit(rig, NINE, AVERAGE, FitSettings(**changes))

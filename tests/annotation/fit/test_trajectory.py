@@ -60,8 +60,8 @@ def test_nothing_is_filled_across_a_flagged_gap():
 
 
 def test_frames_far_from_every_click_are_not_filled():
-    found = fitting(longest_fill=0.5).trajectory({0: every(1)[0]}, range(12))
-    assert found.kind.tolist() == [CLICKED, *[INTERPOLATED] * 5, *[GAP] * 6]
+    found = fitting().trajectory({0: every(1)[0]}, range(24))
+    assert found.kind.tolist() == [CLICKED, *[INTERPOLATED] * 20, *[GAP] * 3]
 
 
 def test_outliers_are_flagged_and_good_clicks_are_not():
@@ -106,9 +106,7 @@ def test_depth_tells_what_happens_between_clicked_frames():
 
     clicks = every(12, 13)
     told = []
-    found = fitting(fit_shape=False).trajectory(
-        clicks, range(13), clouds=cloud, on_frame=told.append
-    )
+    found = fitting().trajectory(clicks, range(13), clouds=cloud, on_frame=told.append)
     alone = fitting().trajectory(clicks, range(13))
     assert asked == told == list(range(13))
     off = np.linalg.norm(found.landmarks - TRUTH[:13], axis=2)

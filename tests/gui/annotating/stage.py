@@ -21,7 +21,7 @@ class Stage(QMainWindow):
         super().__init__()
         self.heard, self.problems = [], []
         self.messages = MessageBar()
-        self.messages.show_message = self.problems.append
+        self.messages.show_message = self._hear_message
         self.statusBar().messageChanged.connect(lambda words: words and self.heard.append(words))
         self.context = context = make_context(self, self.messages, settings)
         self.timeline, self.tasks = context.docks.timeline, context.tasks
@@ -40,6 +40,10 @@ class Stage(QMainWindow):
         context.docks.middle.setCurrentWidget(page)
         context.session.document.visit = self.go_to
         self.timeline.frame_requested.connect(self.panels.set_frame)
+
+    def _hear_message(self, message):
+        heard = self.heard if message.severity == "note" else self.problems
+        heard.append(message.sentence() if message.severity == "note" else message)
 
     def go_to(self, frame):
         self.timeline.set_frame(frame)

@@ -35,7 +35,7 @@ def test_what_is_under_way_survives_closing(recording, make):
 
 def test_the_measured_sigma_comes_from_repeats(annotated, make):
     again = make.clicks_at(range(0, 40, 2), sigma=2.0, seed=9)
-    annotated.apply(blind_repeat(1, place_clicks(again)))
+    annotated.apply(blind_repeat(place_clicks(again)))
     assert len(annotated.clicks.repeat_differences()) == 20 * 36
     sigmas = annotated.click_sigmas(usual=6.0)
     assert set(sigmas) == set(NINE.names)

@@ -71,7 +71,7 @@ def test_names_are_written_beside_their_dots(qapp):
     assert len(left) == 1
 
 
-def test_a_name_that_would_stand_beside_another_dot_gets_a_line_to_its_own(qapp):
+def test_a_name_that_would_stand_beside_another_dot_stands_above_or_below(qapp):
     image = painted(*(mark("left_elbow", x, 100.0, BLUE) for x in (60.0, 130.0, 200.0, 270.0)))
     between = {image.pixelColor(x, 100).name() for x in range(140, 190)}
     assert len(between) == 1, "a name between two dots would be either's"

@@ -213,8 +213,3 @@ class TestPlot:
         plot.legend.buttons["unexplained %"].click()
         assert len(plot.shown_curves) == 2
         assert plot.crossing(1) is None
-
-    def test_arrow_keys_step(self, qtbot, plot):
-        plot.set_frame(100)
-        qtbot.keyClick(plot, Qt.Key.Key_Right, Qt.KeyboardModifier.ShiftModifier)
-        assert plot.visited == [110]

@@ -8,7 +8,7 @@ from stereotrack_core.annotation.click import UNCERTAIN, Click, ClickKey, Predic
 from stereotrack_core.annotation.doubts import Swap
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.project import clicks as click_edits
-from stereotrack_core.project.blind_repeats import ROUND, BlindRepeats
+from stereotrack_core.project.blind_repeats import BlindRepeats
 from stereotrack_core.project.edit import Edit, together
 from stereotrack_core.project.history import Changed
 from stereotrack_core.project.prefilling import accept
@@ -61,7 +61,7 @@ class Annotating:
             project, found = self._project.project, tuple[Click, ...]()
             if project is not None:
                 clicks = project.clicks
-                found = clicks.again_at(ROUND, frame) if self.blind() else clicks.at(frame)
+                found = clicks.again_at(frame) if self.blind() else clicks.at(frame)
             self._facts = (frame, {click.key: click for click in found})
         return self._facts[1]
 
@@ -332,7 +332,7 @@ class Annotating:
 
     def _edit(self, edit: Edit, *, continues: bool = False) -> bool:
         self._nudged = None
-        edit = click_edits.blind_repeat(ROUND, edit) if self.blind() else edit
+        edit = click_edits.blind_repeat(edit) if self.blind() else edit
         return self._project.apply(edit, continues=continues) is not None
 
     def _advance_from(self, key: ClickKey, *, new: bool = False) -> None:

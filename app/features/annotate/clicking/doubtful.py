@@ -18,8 +18,9 @@ _SIGMAS, _LEAST = 6.0, 30.0  # to each side in what fills a view; at least, in p
 class DoubtfulWalk:
     """The doubtful prediction that is looked at, and what Enter does with it.
 
-    `show` goes to a click's frame, view and landmark. Without a doubtful prediction, Enter shows a
-    crosshair in the view at hand and then places the landmark that is offered there.
+    `show` goes to a click's frame, view and landmark. Without a doubtful prediction, or where a
+    person has chosen a landmark, Enter shows a crosshair in the view at hand and then places the
+    landmark that is offered there.
     """
 
     def __init__(
@@ -55,7 +56,7 @@ class DoubtfulWalk:
         """Place the landmark at the crosshair, or accept what is proposed there, and go on."""
         view = self.aimed()
         if view is None or view.crosshair is None or view.marks is None:
-            if self._proposals.doubtful():
+            if self._proposals.doubtful() and not self._annotating.choice.asked:
                 self.begin()
             else:
                 self._aim()
@@ -85,7 +86,11 @@ class DoubtfulWalk:
         one = self.at
         if one is None:
             return
-        open_ones = {other.key for other in self._proposals.doubtful()}
+        open_ones = {other.key: other for other in self._proposals.doubtful()}
+        view, now = self.aimed(), open_ones.get(one.key, one)
+        if now != one and view and view.crosshair and view.crosshair.toTuple() == one.position:
+            view.set_crosshair(QPointF(*now.position))  # nobody has moved it
+            self.at = now
         if one.key not in open_ones and (self._clicked(one.key) or self._proposals.settled()):
             self.begin()
 

@@ -6,9 +6,9 @@ from functools import partial
 from typing import Any
 
 from stereotrack_core.annotation import frame_clicks
-from stereotrack_core.annotation.accepting import ACCEPTED_SIGMA, guessed_if_hidden
 from stereotrack_core.annotation.click import Prediction
 from stereotrack_core.annotation.predict import volume_in_sight
+from stereotrack_core.annotation.propose import ACCEPTED_SIGMA
 from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.depth.parameters import DepthParameters
@@ -49,8 +49,6 @@ class AnnotationFacts:
         self._compared, self.proposals = session.cameras, proposals
         self._annotating, self._cameras = annotating, cameras
         self._active = False
-        self._predictions: tuple[tuple[Prediction, ...], ...] = ((), ())
-        """Predictions, and the same with what the body hides as guessed, which takes 5 ms."""
         self._measured: Mapping[str, float] | None = None
         self._volume_of: tuple[tuple[Recording, DepthParameters], Volume] | None = None
         self.use_depth = True
@@ -238,10 +236,7 @@ class AnnotationFacts:
         if project is None or recording is None or self._annotating.blind():
             return ()
         detected = self.proposals.detections.at(frame) if self._active else ()
-        found = (*project.predictions.at(frame), *detected)
-        if found != self._predictions[0]:
-            self._predictions = found, guessed_if_hidden(found, recording.cameras)
-        return self._predictions[1]
+        return (*project.predictions.at(frame), *detected)
 
 
 class _FitProcess(TaskProcess):

@@ -7,7 +7,6 @@ from math import isfinite, sqrt
 
 import numpy as np
 
-from stereotrack_core.annotation.accepting import ACCEPTED_SIGMA, is_certain, pixel_scale
 from stereotrack_core.annotation.click import (
     UNCERTAIN,
     USUAL_SIGMA,
@@ -20,7 +19,8 @@ from stereotrack_core.annotation.doubts import own_outliers, what_disagrees, wha
 from stereotrack_core.annotation.fit.results import PROBABLE, outlier_words
 from stereotrack_core.annotation.frame_clicks import ClickHints, ShownFit
 from stereotrack_core.annotation.landmark_set import Landmark, LandmarkSet
-from stereotrack_core.annotation.propose import PROPOSED
+from stereotrack_core.annotation.predict import pixel_scale
+from stereotrack_core.annotation.propose import ACCEPTED_SIGMA, PROPOSED, is_certain
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.counting import UNKNOWN_DEG
 from stereotrack_core.geometry.camera import Camera
@@ -257,6 +257,9 @@ def _certainty(sigma: float | None, limit: float) -> float:
 
 
 _OUTLIER = "The fit treats a click of this landmark as an outlier.", "warning"  # tip and colour
+_OTHER_LENGTHS = (
+    "Clicked lengths differ from the subject's: Annotate, Subject … measures them from the clicks."
+)
 _MOST_WORDS = 3
 _UNSURE_DEG = 10.0
 _MISFIT = 8.0
@@ -338,6 +341,8 @@ def fit_words(facts: FrameMarks) -> tuple[str, ...]:
         said = (*_misfit(facts.fit), *_frame_words(facts, facts.fit))
         if facts.accuracy:
             said = (facts.accuracy, *said)
+        lengths = () if facts.hints is None else facts.hints.lengths
+        said = (*said, _OTHER_LENGTHS) if any(one.doubtful for one in lengths) else said
         if found is not None:  # the rest follows from the camera that contradicts the others
             said = (f"{what_disagrees(found, facts.views)}. {what_to_do(found)}", *said)
         more = len(said) - _MOST_WORDS

@@ -7,28 +7,23 @@ from dataclasses import dataclass, field
 from functools import partial
 from itertools import pairwise
 
-import numpy as np
-
 from stereotrack_core.annotation.click import Click, ClickKey, Prediction
 from stereotrack_core.annotation.detected_body import told_once
 from stereotrack_core.annotation.follow import MOST_FRAMES, follow_clicks
 from stereotrack_core.annotation.follow_body import BodyStep, FollowedBody, follow_body, told_by
 from stereotrack_core.annotation.landmark_filter import WANTED_MM, ProposalQuestion
 from stereotrack_core.annotation.propose import Proposals, Proposer
-from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.project.history import Changed
 from stereotrack_core.project.prefilling import accepted_sigma, clicks_around
 from stereotrack_core.project.selection import gaps_of
-from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.recording.reader import FrameReader
 
 from ....context import Context
 from ....session.changes import PROJECT, RECORDING, Part
 from ....session.document import Shared
 from ....session.jobs import LatestOnly, NewestAnswer
-from ....session.runs import RunEntry
 from .annotating import Annotating
 from .detecting import FrameDetections
 
@@ -67,8 +62,6 @@ class ProposalPresenter:
         self._document, self._project = session.document, session.project
         self._tell = partial(session.changes.tell, Part.PROPOSALS)
         self._active = False
-        self._run: RunEntry | None = None
-        self._motion: Mapping[int, FloatArray] = {}
         self._cameras: Mapping[str, Camera] = {}
         self._around: tuple[int, tuple[Click, ...]] | None = None
         self._followed: dict[tuple[ClickKey, object, int], Prediction | None] = {}
@@ -148,17 +141,6 @@ class ProposalPresenter:
             self._project.project.view_settings.set(_WANTED, millimetres)
         self._soon.start()
 
-    def set_run(self, run: RunEntry | None) -> None:
-        self._run, self._motion = run, {}
-        if run is not None:
-            trajectory = run.trajectory()
-            names = self._annotating.landmark_set.names
-            places = [LANDMARKS.index(name) if name in LANDMARKS else -1 for name in names]
-            points = trajectory.points[:, places]
-            points[:, [place < 0 for place in places]] = np.nan
-            self._motion = dict(zip(trajectory.frame.tolist(), points, strict=True))
-        self._soon.start()
-
     def close(self) -> None:
         self._soon.stop()
         self._overtake()
@@ -173,7 +155,7 @@ class ProposalPresenter:
     def _on_changed(self, changed: Changed) -> None:
         if changed.tables & {"choice", "landmark_set", "frame_flag", "camera_use"}:
             self._around = None
-            self.set_run(self._run)
+            self._soon.start()
         if changed.frames("click") - {self._document.frame}:
             self._around = None
             self._soon.start()
@@ -295,7 +277,7 @@ class ProposalPresenter:
         return ProposalQuestion(
             frame, own, around, followed, self._cameras,
             self._annotating.landmark_set.names, recording.fps,
-            project.click_sigmas() if project is not None else {}, self._motion,
+            project.click_sigmas() if project is not None else {},
             self._steps_to(frame), self.wanted_mm(),
         )  # fmt: skip
 

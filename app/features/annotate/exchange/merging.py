@@ -139,7 +139,7 @@ class TakeInDialog(FormDialog):
         context: Context,
         parent: QWidget | None = None,
     ) -> None:
-        super().__init__(f"Merge clicks from {shown.source}", "Merge", self._take, parent)
+        super().__init__(f"Clicks of {shown.source}", "Merge", self._take, parent)
         self._project, self._compare, self._shown = project, compare, shown
         self._context = context
         problems = tuple(problems)

@@ -273,7 +273,7 @@ class PlacePage(QWizardPage):
         views = len({use.view for use in self._choices.used()})
         parts = [f"The recording has {counted(views, 'view')}."]
         if stay:
-            parts.append(f"{counted(stay, 'stream')} stay where they are.")
+            parts.append(f"{counted(stay, 'source')} stay where they are.")
         if copied:
             size = sum(path.stat().st_size for path in copied) / 1e6
             parts.append(f"{counted(len(copied), 'file')} will be copied ({size:.0f} MB).")
