@@ -93,7 +93,7 @@ class RunEntry:
 
     @property
     def meta(self) -> Mapping[str, Any]:
-        """What is stated about how it was made; empty while nothing is."""
+        """Facts that it states of itself, such as its seed; empty while there are none."""
         told = self.stored or self.origin
         return {} if told is None else told.meta
 

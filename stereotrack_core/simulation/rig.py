@@ -1,4 +1,4 @@
-"""What can be chosen about a simulated recording, its cameras and their sensors."""
+"""Options of a simulated recording, its cameras and their sensors."""
 
 from dataclasses import dataclass
 

@@ -33,7 +33,7 @@ from stereotrack_core.geometry.rotation import rotation_from_vector
 
 @dataclass(frozen=True)
 class FitSettings:
-    """How the body is fitted to clicks."""
+    """Settings of a fit of the body to clicks."""
 
     use_depth: bool = True  # use the measured points where the recording has depth
     outlier_share: float = 0.03  # expected share of outliers among the clicks
