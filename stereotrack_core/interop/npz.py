@@ -124,7 +124,7 @@ def _header(
 def _mismatch(
     name: str, shape: tuple[int, ...], dtype: np.dtype[Any], own: ArrayLayout, known: dict[str, int]
 ) -> str:
-    """What is wrong about an array as a sentence, else empty; adds its lengths to `known`."""
+    """Complaint about an array as a sentence, else empty; adds its lengths to `known`."""
     if dtype.kind != own.kind or (own.kind == "f" and dtype.itemsize not in _FLOATS):
         return f"{name} has the wrong data type ({dtype})"
     if len(shape) != len(own.shape):

@@ -153,10 +153,11 @@ class ClickMarks:
 
     def with_act(self, act: ClickAct) -> ClickMarks:
         """The same once a person has placed or moved a click, before anybody has stored it."""
-        name = act.key.landmark
-        if act.what == "pick" or any(mark.landmark == name for mark in self.clicks):
-            return self if act.what == "pick" else self.with_moved(name, *act.pixel)
-        offer, guessed = self.offer, act.what == "guess"
+        name, offer, guessed = act.key.landmark, self.offer, act.what == "guess"
+        if act.what == "pick":
+            return self
+        if any(mark.landmark == name for mark in self.clicks):
+            return self.with_moved(name, *act.pixel)
         mark = ClickMark(name, offer.words, offer.colour, *act.pixel, guessed=guessed, chosen=True)
         predictions = tuple(one for one in self.predictions if one.landmark != name)
         return replace(self, clicks=(*self.clicks, mark), predictions=predictions)
