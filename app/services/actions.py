@@ -198,6 +198,8 @@ class ActionRegistry(QObject):
             return False
         if isinstance(watched, _FIELDS):
             return event.type() == QEvent.Type.ShortcutOverride and _is_for_text(watched, event)
+        if event.type() == QEvent.Type.ShortcutOverride and self._soon.isActive():
+            self.refresh()  # a list would take the key of what can be done only now
         # a key that reaches the window was of no use to anything in it
         modifiers = event.modifiers() & ~Qt.KeyboardModifier.KeypadModifier
         keys = QKeySequence(QKeyCombination(modifiers, Qt.Key(event.key())))

@@ -161,8 +161,8 @@ def test_single_keys_work_whatever_list_has_the_focus(annotating, qtbot):
         *(features.clicking.landmarks.table, features.panels.next_panel.tree),
         annotating.context.docks.timeline,
     ):
-        point_and_click(annotating, 200.0, 150.0)
         widget.setFocus()
+        click(annotating, 200.0, 150.0)  # no time passes until the key
         QTest.keyClick(widget, Qt.Key.Key_B)
         assert annotating_.at_hand().visibility == Visibility.GUESSED, widget
         QTest.keyClick(widget, Qt.Key.Key_Delete)
