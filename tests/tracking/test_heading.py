@@ -13,7 +13,7 @@ from stereotrack_core.tracking import tracking
 from stereotrack_core.tracking.frame import FirstFrame
 from stereotrack_core.tracking.initialise import heading as evidence_of_heading
 from stereotrack_core.tracking.initialise.finder import PoseFinder
-from stereotrack_core.tracking.initialise.heading import WATCHED, HeadingWatch
+from stereotrack_core.tracking.initialise.heading import DECIDED, WATCHED, HeadingWatch
 from stereotrack_core.tracking.initialise.trunk import turned_round
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run_checks import heading_words
@@ -53,6 +53,14 @@ def test_walking_tells_the_front(finder, way):
     assert (watch.against is None) == (way > 0)
     sideways = [turned(POSES["t"], 0.0, (0.12 * k, 0.0, 0.0)) for k in range(30)]
     assert _watched(finder, sideways).state == "undecided"
+
+
+@pytest.mark.parametrize(("frames", "against"), [(12, None), (30, 29)])
+def test_a_doubtful_heading_gives_way_at_the_end_if_enough_was_seen(finder, frames, against):
+    backward = np.minimum(np.arange(frames), 3)[:, None] * np.array([0.0, -0.12, 0.0])
+    watch = _watched(finder, [turned(POSES["t"], 0.0, at) for at in backward], last=frames - 1)
+    assert 1.0 - DECIDED < watch.probability < 0.4
+    assert watch.against == against
 
 
 def test_it_is_said_where_a_heading_may_be_wrong():

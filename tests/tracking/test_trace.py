@@ -110,6 +110,8 @@ def test_iterations_lead_from_the_prediction_to_the_result(kind):
         np.testing.assert_array_equal(a.after.P, b.before.P)
     assert len(trace.corrections) >= tracker.setup.parameters.iterations
     assert [c.iteration for c in trace.corrections][:3] == [1, 2, 3]
+    kinds = {rows.kind for one in trace.corrections for rows in one.rows}
+    assert kinds == ({"rest"} if kind == "accurate" else set())
     assert all(seconds >= 0.0 for seconds in trace.seconds.values())
     assert len(trace.state_names) == len(first.dx) == len(trace.after.P)
 
