@@ -57,3 +57,19 @@ def test_a_saved_state_is_restored_whole_after_an_abandoned_try(name):
     check_like(before, kept, "state")
     tracker.state = restored(type(before), kept, "state")
     assert_same_estimate(tracker.step(second), expected)
+
+
+@pytest.mark.parametrize("name", ["accurate", "thesis"])
+def test_fifty_frames_in_any_order_are_resumed_and_watched_to_the_last_bit(name):
+    tracker, states, found = tracker_of(name), [], []
+    clouds = list(clouds_of(tracker, 60))
+    for cloud in clouds:
+        states.append(tracker.state)
+        found.append(tracker.step(cloud))
+    for k in np.random.default_rng(2).permutation(len(clouds))[:50]:
+        state = restored(type(states[k]), saved(states[k], "state"), "state")
+        tracker.state = state
+        tracker.step(clouds[k - 7])  # a branch that leads elsewhere
+        tracker.state = state
+        assert_same_estimate(tracker.explain(clouds[k]).estimate, found[k])
+        assert_same_estimate(tracker.step(clouds[k]), found[k])
