@@ -11,6 +11,7 @@ from stereotrack_core.cli.workbench import show_window
 from stereotrack_core.demo import copied_demo
 from stereotrack_core.evaluation.accuracy import Accuracy, accuracy_facts, accuracy_of, error_facts
 from stereotrack_core.evaluation.summary import truth_of
+from stereotrack_core.experiments.tracked_run import TrackPlan
 from stereotrack_core.locks import writing
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.folder import open_recording
@@ -59,7 +60,7 @@ def _without_window(args: Namespace, settings: Settings) -> int:
     output = UnfinishedOutput(places.recording, places.run)
     with writing(places.run), output.telling():
         output.part.unlink(missing_ok=True)  # all of the demo is made again
-        job = output.track(recording, RunSpec(settings, args.preset, frames))
+        job = output.track(TrackPlan(recording, RunSpec(settings, args.preset, frames)))
         if not len(job.run.frame):
             say("Stopped before the first frame.")
             return FAILED

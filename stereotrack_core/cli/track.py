@@ -7,10 +7,10 @@ from pathlib import Path
 from stereotrack_core.cli import options
 from stereotrack_core.cli.output import FAILED, OK, put_json, put_table, say
 from stereotrack_core.cli.sources import say_notes
-from stereotrack_core.cli.track_plan import USUAL_PRESET, TrackPlan, UnfinishedOutput, plan_of
+from stereotrack_core.cli.track_plan import USUAL_PRESET, UnfinishedOutput, plan_of
 from stereotrack_core.counting import counted
 from stereotrack_core.doctor import diagnose
-from stereotrack_core.experiments.tracked_run import TrackedRun
+from stereotrack_core.experiments.tracked_run import TrackedRun, TrackPlan
 from stereotrack_core.interop.run_file import run_suffix
 from stereotrack_core.recording.findings import examine_described
 from stereotrack_core.recording.folder import open_recording
@@ -138,7 +138,7 @@ def run(args: Namespace) -> int:
     plan = plan_of(args, recording, output)
     _check(args, plan)
     with output.telling():
-        job = output.track(plan.recording, plan.spec, plan.count, plan.begun)
+        job = output.track(plan)
         if not len(job.run.frame):
             say("Stopped before the first frame. Nothing was written.")
             return FAILED

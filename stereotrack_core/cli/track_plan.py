@@ -5,7 +5,6 @@ import shlex
 from argparse import Namespace
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +13,7 @@ from stereotrack_core.cli.output import progress, say, stoppable
 from stereotrack_core.cli.sources import clicks_for_tracking, initial_pose, keypoints_from
 from stereotrack_core.counting import counted
 from stereotrack_core.errors import InputError
-from stereotrack_core.experiments.tracked_run import TrackedRun, steps, track_recording
+from stereotrack_core.experiments.tracked_run import TrackedRun, TrackPlan, track_recording
 from stereotrack_core.interop.first_pose import with_heading
 from stereotrack_core.interop.run_file import read_run, write_run
 from stereotrack_core.interop.run_journal import Wish, has_frames, part_of, read_unfinished
@@ -52,20 +51,10 @@ class UnfinishedOutput:
             raise InputError(what, self.part, "Omit --resume to start a run.")
         return read_unfinished(self.part)
 
-    def track(
-        self,
-        recording: Recording,
-        spec: RunSpec,
-        count: int | None = None,
-        begun: UnfinishedRun | None = None,
-    ) -> TrackedRun:
+    def track(self, plan: TrackPlan) -> TrackedRun:
         """Track, with progress; Cancelled where Ctrl-C stops it before the first frame."""
-        total = steps(spec, count or len(spec.frames_of(0)), begun)
-        with progress("Tracking", total) as show, stoppable() as stopped:
-            return track_recording(
-                recording, spec, count=count, part=self.part, begun=begun, on_step=show,
-                cancelled=stopped,
-            )  # fmt: skip
+        with progress("Tracking", plan.before + plan.wanted) as show, stoppable() as stopped:
+            return track_recording(plan, part=self.part, on_step=show, cancelled=stopped)
 
     @contextmanager
     def telling(self) -> Iterator[None]:
@@ -94,17 +83,6 @@ class UnfinishedOutput:
         else:
             self.part.unlink(missing_ok=True)
         return self.output
-
-
-@dataclass(frozen=True, eq=False)
-class TrackPlan:
-    """Everything that ``track`` shall do."""
-
-    recording: Recording  # with the subject that is tracked
-    spec: RunSpec
-    count: int
-    """Frames to track out of those of the spec; fewer where a run that was stopped is repeated."""
-    begun: UnfinishedRun | None = None  # the run that is gone on with
 
 
 def plan_of(args: Namespace, recording: Recording, output: UnfinishedOutput) -> TrackPlan:

@@ -108,31 +108,49 @@ class _Course:
             self.show(self.before + len(self.frames), "")
 
 
+@dataclass(frozen=True, eq=False)
+class TrackPlan:
+    """Everything that a run shall be."""
+
+    recording: Recording  # with the subject that is tracked
+    spec: RunSpec
+    count: int | None = None  # frames after which it ends; None: with those of the spec
+    begun: UnfinishedRun | None = None  # the run that is gone on with
+
+    @property
+    def wanted(self) -> int:
+        """Frames of the run."""
+        return self.count or len(self.spec.frames_of(0))
+
+    @property
+    def before(self) -> int:
+        """Frames of a first pass that estimates lengths."""
+        passes = self.spec.settings.body.proportions == "sequence" and self.begun is None
+        return min(LENGTH_FRAMES, len(self.spec.frames_of(0))) if passes else 0
+
+
 def track_recording(
-    recording: Recording,
-    spec: RunSpec,
+    plan: TrackPlan,
     *,
-    count: int | None = None,
     part: Path | None = None,
-    begun: UnfinishedRun | None = None,
     on_step: Callable[[int, str], None] = lambda *_: None,
     cancelled: Callable[[], bool] = lambda: False,
 ) -> TrackedRun:
     """Track, keep every frame at once, and keep what there is when it is stopped.
 
-    Raises Cancelled before the first frame. Tracking ends after `count` frames; every frame goes to
-    the file `part` at once (:class:`RunJournal`); `begun` is there already; `on_step` is told how
-    many :func:`steps` are done, and of a second look.
+    Raises Cancelled before the first frame. Every frame goes to the file `part` at once
+    (:class:`RunJournal`). `on_step` is told how many frames are done, those of a first pass
+    included, and of a second look.
     """
-    wanted = count or len(spec.frames_of(0))
+    spec, begun = plan.spec, plan.begun
     started = time.perf_counter() - (0.0 if begun is None else begun.wall_seconds)
 
     def clock() -> float:
         return time.perf_counter() - started
 
     done = [] if begun is None else [frame.without_cloud() for frame in begun.done]
-    course = _Course(on_step, cancelled, steps(spec, wanted, begun) - wanted, begun, done)
-    journal = None if part is None else RunJournal(part, clock, Wish(spec.smooth, count))
+    course = _Course(on_step, cancelled, plan.before, begun, done)
+    journal = None if part is None else RunJournal(part, clock, Wish(spec.smooth, plan.count))
 
     def note(advance: Advance) -> None:
         if journal is not None:
@@ -141,21 +159,15 @@ def track_recording(
 
     with nullcontext() if journal is None else closing(journal):
         run = track(
-            dataclasses.replace(recording, reference=None),  # the tracker never sees the truth
+            dataclasses.replace(plan.recording, reference=None),  # the tracker never sees the truth
             spec,
             on_advance=note,
             hooks=Hooks(on_preparing=course.prepare, cancelled=cancelled),
             begun=begun,
-            count=count,
+            count=plan.count,
         )
-    untracked = run_checks.untracked_in(course.frames, recording, spec.settings)
-    return _tracked(run, course, untracked, clock(), wanted)
-
-
-def steps(spec: RunSpec, count: int, begun: UnfinishedRun | None = None) -> int:
-    """Frames to go through: those of the run, and of a first pass that estimates lengths."""
-    first_pass = spec.settings.body.proportions == "sequence" and begun is None
-    return count + (min(LENGTH_FRAMES, len(spec.frames_of(0))) if first_pass else 0)
+    untracked = run_checks.untracked_in(course.frames, plan.recording, spec.settings)
+    return _tracked(run, course, untracked, clock(), plan.wanted)
 
 
 def _tracked(

@@ -10,7 +10,7 @@ from stereotrack_core.body.manifold import displaced
 from stereotrack_core.body.model import body_model, landmarks
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.depth.cloud import Cloud
-from stereotrack_core.experiments.tracked_run import track_recording
+from stereotrack_core.experiments.tracked_run import TrackPlan, track_recording
 from stereotrack_core.recording.detections import Detection, Detections
 from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.tracking.iekf import Follower
@@ -150,8 +150,8 @@ def test_a_whole_run_is_repaired_once_its_last_frame_is_there(tmp_path):
     recording = write_depth_recording(tmp_path / "cones", body, poses)
     clicks = Detections(clicks_on(body, HANGING, 7), "clicks.csv")
     spec = RunSpec(settings, frames=range(8), init=POSES["t"], clicks=clicks)
-    alone = track_recording(recording, dataclasses.replace(spec, clicks=None)).run
-    run = track_recording(recording, spec).run
+    alone = track_recording(TrackPlan(recording, dataclasses.replace(spec, clicks=None))).run
+    run = track_recording(TrackPlan(recording, spec)).run
     truth = recording.reference.points
     away = [np.linalg.norm(each.landmarks - truth, axis=2).max(axis=1) for each in (alone, run)]
     assert away[0][3:7].min() > 0.15, "without the search the arms are lost"

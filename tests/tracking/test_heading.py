@@ -6,7 +6,7 @@ import pytest
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.errors import InputError
-from stereotrack_core.experiments.tracked_run import track_recording
+from stereotrack_core.experiments.tracked_run import TrackPlan, track_recording
 from stereotrack_core.interop.first_pose import first_pose, with_heading
 from stereotrack_core.interop.run_journal import read_unfinished
 from stereotrack_core.tracking import tracking
@@ -90,7 +90,8 @@ def test_a_run_that_began_the_wrong_way_round_is_corrected(tmp_path, monkeypatch
     recording, spec = _begun_the_wrong_way(tmp_path / "south", monkeypatch)
     count, seen = len(spec.frames), []
     part = tmp_path / "run.npz.part"
-    job = track_recording(recording, spec, part=part, on_step=lambda done, _: seen.append(done))
+    plan = TrackPlan(recording, spec)
+    job = track_recording(plan, part=part, on_step=lambda done, _: seen.append(done))
     heading, run = job.run.meta["heading"], job.run
     assert heading["state"] == "corrected"
     assert 2 <= heading["against"] < count
