@@ -128,22 +128,21 @@ def parameter(
     *,
     unit: str = "",
     choices: tuple[str, ...] = (),
-    thesis: Value | None = None,
-    fast: Value | None = None,
+    **presets: Value,
 ) -> Callable[[str], Any]:
     """Declare one parameter as a dataclass field; what is returned is given the help.
 
-    See :class:`ParameterRow`; `within` is the closed range that is accepted.
+    See :class:`ParameterRow`; `within` is the closed range that is accepted, `presets` are the
+    values of those that have another one.
     """
     minimum, maximum = within
-    presets = {"thesis": thesis, "fast": fast}
     row = {
         "unit": unit,
         "minimum": minimum,
         "maximum": maximum,
         "choices": choices,
         "group": group,
-        "presets": {name: value for name, value in presets.items() if value is not None},
+        "presets": presets,
     }
     return lambda text: dataclasses.field(default=default, metadata={_ROW: row | {"help": text}})
 

@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from stereotrack_core.body.manifold import displaced
+from stereotrack_core.body.model import body_model
+from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.errors import InputError
 from stereotrack_core.interop.run_journal import RunJournal, Wish, read_unfinished
 from stereotrack_core.recording.description import Recording
@@ -12,10 +14,11 @@ from stereotrack_core.tracking.clouds import Clouds
 from stereotrack_core.tracking.prepare import prepare
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run import track
-from stereotrack_core.tracking.run_spec import RunSpec
+from stereotrack_core.tracking.run_spec import RunSpec, measured_keypoints
 from tests.same_run import same_run
 from tests.simulated_keypoints import KeypointErrors, simulated_keypoints
 from tests.tracking.keypoints.mono import mono_recording, poses, truth
+from tests.tracking.recordings import write_depth_recording
 from tests.tracking.running import tracked_frames
 
 
@@ -43,6 +46,17 @@ def test_a_person_is_followed_without_any_cloud(mono):
     np.testing.assert_array_equal(run.x, again.x)
     smooth = track(mono, RunSpec(preset("accurate"), keypoints=keypoints, smooth=True))
     assert np.median(apart(smooth)) < 0.015
+
+
+@pytest.mark.parametrize(("name", "beside_depth"), [("thesis", False), ("accurate", True)])
+def test_beside_a_cloud_only_a_tracker_that_measures_keypoints_is_given_them(
+    name, beside_depth, mono, tmp_path
+):
+    keypoints = simulated_keypoints(truth(), mono.cameras, KeypointErrors(), seed=3)
+    settings = preset(name)
+    depth = write_depth_recording(tmp_path / "depth", body_model(AVERAGE), poses()[:1])
+    assert measured_keypoints(mono, settings, keypoints) is keypoints
+    assert (measured_keypoints(depth, settings, keypoints) is keypoints) == beside_depth
 
 
 def test_a_given_pose_is_kept_and_otherwise_the_first_frames_tell_it(mono):
