@@ -6,9 +6,12 @@ import numpy as np
 import pytest
 
 from stereotrack_core.body.manifold import difference
+from stereotrack_core.body.model import landmarks
+from stereotrack_core.body.posing import TRUNK
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.points import Volume
 from stereotrack_core.geometry.rotation import angle_between
+from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.tracking import step
 from stereotrack_core.tracking.initialise.first_pose import facing_right, first_pose_in
 from stereotrack_core.tracking.initialise.trunk import turned_round
@@ -151,4 +154,20 @@ def test_less_of_a_half_seen_body_may_be_cut_while_its_pose_is_on_trial(
     monkeypatch.setattr(step, "trunk_support", lambda *_: 0.8)
     monkeypatch.setattr(step, "share_at_sides", lambda *_: cut)
     state = replace(initialiser.model.first(POSES["t"]), unchanged=unchanged)
+    assert bool(initialiser.model._why_partial(state, cloud_of(np.zeros((1, 3))))) == partial
+
+
+@pytest.mark.parametrize(
+    ("unconfirmed", "inside", "partial"), [(1, 0.05, True), (1, 0.15, False), (0, 0.05, False)]
+)
+def test_a_body_that_came_back_is_partial_while_its_trunk_is_at_a_side_of_the_volume(
+    initialiser, monkeypatch, unconfirmed, inside, partial
+):
+    places = landmarks(initialiser.setup.body, POSES["t"])
+    trunk = places[[LANDMARKS.index(name) for name in TRUNK], 0].max()
+    aside = initialiser.setup.volume.high[0] - inside - trunk
+    at_side = turned(POSES["t"], 0.0, (aside, 0.0, 0.0))
+    monkeypatch.setattr(step, "trunk_support", lambda *_: 0.8)
+    monkeypatch.setattr(step, "share_at_sides", lambda *_: 0.0)
+    state = replace(initialiser.model.first(at_side), unconfirmed=unconfirmed)
     assert bool(initialiser.model._why_partial(state, cloud_of(np.zeros((1, 3))))) == partial
