@@ -119,6 +119,20 @@ def test_a_stretch_that_was_tracked_wrongly_is_tracked_again(recording, whole):
     check_meta(looked.meta, "run", "")
 
 
+@pytest.mark.parametrize("tries", [1, 4])
+def test_as_many_tries_are_made_as_are_asked_for_where_they_disagree(recording, monkeypatch, tries):
+    made, from_state = [], second_look._Way.from_state
+
+    def counted(start, model, number):
+        made.append(number)
+        return from_state(start, model, number)
+
+    monkeypatch.setattr(second_look._Way, "from_state", counted)
+    recording, poses = recording
+    track(recording, spec_of(poses, second_look=tries))
+    assert made == list(range(tries + 1))
+
+
 def test_runs_side_by_side_look_again_as_one_alone_does(recording, whole):
     (recording, poses), (alone, _) = recording, whole
     given = replace(recording, reference=None)
