@@ -5,8 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stereotrack_core.body.model import body_model
+from stereotrack_core.body.model import body_model, placed_cones
 from stereotrack_core.body.proportions import AVERAGE
+from stereotrack_core.body.skeleton import LIMB_OF_PART
+from stereotrack_core.body.surface import nearest_on_surface
 from stereotrack_core.depth.chain import DepthChain
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.recording.reader import FrameReader
@@ -115,3 +117,17 @@ def test_learned_colours_fade_by_two_percent_a_frame(rng):
     taught = first.count > 0
     np.testing.assert_allclose(second.count, 1.98 * first.count)
     np.testing.assert_allclose(second.mean[taught], 1.0 / 1.98)
+
+
+@pytest.mark.parametrize(("apart", "teaches"), [((0.02, 0.06), False), ((0.08, 0.13), True)])
+def test_only_points_well_apart_from_all_other_limbs_teach_a_colour(rng, apart, teaches):
+    points, frames = surface_points(BODY, POSES["t"], 2500, rng), BODY.frames(POSES["t"])
+    placed, limb = placed_cones(BODY, frames), LIMB_OF_PART[BODY.cones["part"]]
+    own, distance = limb[nearest_on_surface(points, placed, 0.01).cone], np.zeros(len(points))
+    for one in np.unique(own):
+        to_others = nearest_on_surface(points[own == one], placed[limb != one], np.inf)
+        distance[own == one] = np.abs(to_others.distance)
+    chosen = points[(distance > apart[0]) & (distance < apart[1])]
+    assert len(chosen) > 100
+    taught = PartColours.unknown(BODY).updated(BODY, chosen, np.zeros(chosen.shape), frames)
+    assert taught.count.sum() == (len(chosen[::2]) if teaches else 0)
