@@ -21,6 +21,7 @@ from .messages import Message, Tell
 
 _COUNT_MS = 200
 _SHORTEST_MS = 10  # between two frames that are played
+_CACHE = 256 * 1024 * 1024  # bytes of pictures: 34 frames of four pairs of 640x480 in colour
 R = TypeVar("R")
 
 
@@ -86,7 +87,7 @@ def read_folder(folder: Path) -> FrameReader:
 
     Raises InputError if something about the folder makes it unusable.
     """
-    reader = FrameReader(open_recording(folder))
+    reader = FrameReader(open_recording(folder), cache_bytes=_CACHE)
     try:
         if reader.frame_count_so_far()[0] > 0:
             reader.frame_set(0)

@@ -28,7 +28,6 @@ from .tracking import TrackPresenter
 from .view_state import GhostBody, Instant, StepDrawing
 
 _KEPT = 12
-_CACHE = 128 * 1024 * 1024  # of pictures that clouds are made of, each mostly once
 
 
 def _measuring(shared: Shared[CloudStore]) -> Callable[[tuple[DepthParameters, int]], Cloud]:
@@ -92,7 +91,7 @@ class CloudPresenter:
         self._failed.clear()
         names = [view.name for view in recording.views if view.kind != "mono"] if recording else []
         if recording is not None and names:
-            reader = FrameReader(recording, views=names, colour=False, cache_bytes=_CACHE)
+            reader = FrameReader(recording, views=names, colour=False)
             self.reader = Shared(reader, reader.close)
             self._store = _store_of(recording, self.reader)
             measure, answers = _measuring(self._store), (self._on_measured, self._on_failed)

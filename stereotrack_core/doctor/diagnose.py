@@ -69,7 +69,6 @@ def check_clouds(
 
 _VIEW = re.compile(r"^views? (.+?)(?:, (?:left|right|image|background))?$")
 _GLANCED = 2  # frames that a glance looks at
-_CACHE_BYTES = 128 * 1024 * 1024
 
 
 def diagnose(
@@ -81,7 +80,7 @@ def diagnose(
     """
     if recording.guessed:
         return ()
-    with FrameReader(recording, colour=False, cache_bytes=_CACHE_BYTES) as reader:
+    with FrameReader(recording, colour=False) as reader:
         if not reader.frame_count:
             return ()
         tell("images and pairs")
@@ -111,7 +110,7 @@ def glance(recording: Recording, views: Sequence[str] | None = None) -> tuple[Fi
     part = replace(recording, views=tuple(v for v in chosen if v.left is not None))
     if not part.views:
         return ()
-    with FrameReader(part, colour=False, cache_bytes=_CACHE_BYTES, read_ahead=0) as reader:
+    with FrameReader(part, colour=False, read_ahead=0) as reader:
         if not reader.frame_count:
             return ()
         return (*check_pictures(part, reader, frames=_GLANCED), *check_pairs(part, reader))

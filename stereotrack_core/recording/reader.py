@@ -78,7 +78,7 @@ class FrameReader:
         *,
         views: Sequence[str] | None = None,
         colour: bool = True,
-        cache_bytes: int = 512 * 1024 * 1024,
+        cache_bytes: int = 128 * 1024 * 1024,
         read_ahead: int = 4,
     ) -> None:
         self.recording = recording
