@@ -1,6 +1,6 @@
 """What stands in the window: the views, the panels around them, and workspaces of panels."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import chain
 
@@ -54,13 +54,12 @@ class Workspace:
     """Why its panels have nothing to show, so that its page stands alone; empty where they have."""
 
 
-def _clear(window: QMainWindow) -> None:
+def _clear(window: QMainWindow, docks: Collection[QDockWidget]) -> None:
     """Take all panels away; Qt keeps their places, and brings those back that were shown.
 
     Their tabs go only where the layout hears of both steps: otherwise they stay over what comes
     next.
     """
-    docks = window.findChildren(QDockWidget)
     for step in (QDockWidget.hide, window.removeDockWidget):
         for dock in docks:
             step(dock)
@@ -280,7 +279,7 @@ class Docks(QObject):
             self._settings.setValue("workspace", space.name)
             state = stored_bytes(self._settings, LAYOUT_KEY.format(space.name))
             if state is not None:
-                _clear(self._host)
+                _clear(self._host, self._docks.values())
             if state is None or not self._host.restoreState(state, LAYOUT_VERSION):
                 self.arrange()
             else:
@@ -328,7 +327,7 @@ class Docks(QObject):
         if space is None or self.is_alone:
             return
         host, docks, area = self._host, self._docks, Qt.DockWidgetArea
-        _clear(host)
+        _clear(host, docks.values())
         corner = area.RightDockWidgetArea if space.tall_side else area.BottomDockWidgetArea
         host.setCorner(_CORNER, corner)
         _stack(host, docks, area.RightDockWidgetArea, space.side)

@@ -293,7 +293,8 @@ class TaskList:
         task.end(result, error, self.failed)
         if self._closed:
             return
-        self._changed()
+        if not task.quiet:
+            self._changed()
         later, self._later = self._later, []
         for exports, do in later:
             self.after_writes(do, exports=exports)

@@ -27,6 +27,7 @@ from stereotrack_core.tracking.tuning.process import (
     TrialFrame,
 )
 from stereotrack_core.tracking.tuning.remedy import Change, changes, without_parts
+from stereotrack_core.tracking.tuning.stages import changed_names
 from stereotrack_core.tracking.tuning.trial import Trial, TrialStart
 from stereotrack_core.work import Work
 from stereotrack_core.worker_processes import TaskProcess
@@ -276,7 +277,8 @@ class RemedyPresenter:
         self._failures, self._study = failures, study
         self._job = NewestJob(base.tasks)
         self.tried: Tried | None = None
-        base.changes.watch(Part.LEAVING | Part.ACTIVE_RUN, self.forget)
+        base.changes.watch(Part.LEAVING, self.forget)
+        base.changes.watch(Part.ACTIVE_RUN, self.stop)  # the next run is made by what was tried
 
     # ---- facts
 
@@ -299,8 +301,9 @@ class RemedyPresenter:
         if tried is None:
             return ""
         first, last, done = tried.stretch.start, tried.stretch.stop - 1, len(tried.remedies)
-        said = f"{limbs_words(tried.failure.limbs).capitalize()}, frames {first} to {last}: the "
-        said += f"run has {tried.error:.1f}{tried.unit}. {done} of {tried.count} changes tried."
+        said = f"{limbs_words(tried.failure.limbs).capitalize()}, frames {first} to {last}: run "
+        said += f"“{tried.run.name}” has {tried.error:.1f}{tried.unit}. "
+        said += f"{done} of {tried.count} changes tried."
         if self.running:
             return f"{said}{_study_words(tried)}"
         found = [one for one in tried.remedies if one.gain >= WORTH]
@@ -373,7 +376,9 @@ class RemedyPresenter:
         other = (
             changes(settings, failure.parameters) if remedies else without_parts(settings, views)
         )
-        tried = (Change(UNCHANGED, settings), *other)
+        own, idle = partial(changed_names, settings), failure.idle
+        acting = (one for one in other if one.views or not idle.issuperset(own(one.settings)))
+        tried = (Change(UNCHANGED, settings), *acting)
         good = tuple(good_stretches(found.search, found.failures, _GOOD, _GOOD_SECONDS))
         process, first_pose = self._base.processes.trials, self._track.first_pose
         here = _Place(kept, run, truth, good, process, first_pose)

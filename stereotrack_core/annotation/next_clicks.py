@@ -200,15 +200,18 @@ class NextClicks:
                 self._doubts[key] = doubt
 
     def best(self, wish: Wish | None = None) -> tuple[Suggestion, ...]:
-        """The places where a click helps most, best first; guessed and unsound ones come last.
+        """Doubtful clicks, as nine in ten of these are wrong, then where a new click helps most.
 
+        Each best first; guessed and unsound ones come last.
         Those near a better one of the same kind come after all others, as they may be mended by it.
         """
         wish = Wish() if wish is None else wish
         skipped = self._skipped() & self._wanted(wish)[:, None, None]
         found = [*self._unknown(wish), *self._doubted(wish), *self._new(wish, skipped)]
         found += [*self._disagreeing(wish), *self._left_out(skipped)]
-        found.sort(key=lambda one: (not one.clear, -one.over_frames_deg, one.key))
+        found.sort(
+            key=lambda one: (not one.clear, not one.click_there, -one.over_frames_deg, one.key)
+        )
         first = {one.key: one for one in reversed(found)}  # the best one of each click
         return _spread([one for one in found if first[one.key] is one])[: wish.count]
 

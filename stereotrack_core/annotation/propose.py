@@ -122,13 +122,18 @@ class Proposals:
     asked: tuple[ClickKey, ...] = ()  # clicks for the wanted accuracy, most telling first
     then_mm: float = nan  # accuracy after these clicks
 
-    def words(self) -> str:
-        """``Accuracy now 12 mm; about 4 more clicks for 8 mm``; empty if it is unknown."""
+    def words(self, body_mm: float = 0.0) -> str:
+        """``Accuracy now 12 mm; about 4 more clicks for 8 mm``; empty if it is unknown.
+
+        A fitted body that is `body_mm` off the clicks, more than wanted, is no more accurate.
+        """
         if not isfinite(self.accuracy_mm):
             return ""
         if self.accuracy_mm > _UNKNOWN_MM:
             return "Accuracy unknown: too far from a clicked frame. Click what is not predicted."
         now, wanted = f"Accuracy now {self.accuracy_mm:.0f} mm", self.question.wanted_mm
+        if body_mm > max(wanted, self.accuracy_mm):
+            return f"Accuracy now {body_mm:.0f} mm, by which the fitted body is off the clicks."
         if self.accuracy_mm <= wanted:
             return f"{now}: good enough for {wanted:g} mm."
         if not self.asked:

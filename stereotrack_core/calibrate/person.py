@@ -130,6 +130,12 @@ class _Adjusted:
         known = apart[np.isfinite(apart)]
         return length.metres / float(np.median(known)) if len(known) else float("nan")
 
+    def distance(self, length: KnownLength) -> float:
+        """Mean distance of the views from the person, metres."""
+        centre = np.nanmedian(self.points, axis=0)
+        away = np.linalg.norm(self.places() - centre, axis=1).mean()
+        return float(self.metres(length) * away)
+
 
 def calibrate_from_person(
     clicks: Clicks,
@@ -163,6 +169,8 @@ def calibrate_from_person(
     used = int(np.isfinite(seen.pixels[..., 0]).sum())
     _refuse(best.bundle.rms * 480.0 / min(seen.sizes[0]), turn, shift, used, finds_focal=not share)
     cameras = _upright(best, tuple(sizes), best.metres(length))
+    metres = shift * best.distance(length)
+    cameras = {name: replace(one, place_sigma=metres) for name, one in cameras.items()}
     return PersonCalibration(cameras, best.bundle.rms, used, turn, shift)
 
 
@@ -304,9 +312,7 @@ def _sigmas(best: _Adjusted, length: KnownLength, *, finds_focal: bool) -> tuple
 def _apart(one: _Adjusted, two: _Adjusted, length: KnownLength) -> FloatArray:
     """Half of what two results differ by; of two halves of the data, the deviation of all."""
     places = one.metres(length) * one.places(), two.metres(length) * two.places()
-    centre = one.metres(length) * np.nanmedian(one.points, axis=0)
-    away = np.linalg.norm(places[0] - centre, axis=1).mean()
-    shift = np.linalg.norm(places[0] - places[1], axis=1)[1:] / away
+    shift = np.linalg.norm(places[0] - places[1], axis=1)[1:] / one.distance(length)
     pairs = zip(one.poses()[1:], two.poses()[1:], strict=True)
     cosines = [(np.trace(a.rotation.T @ b.rotation) - 1.0) / 2.0 for a, b in pairs]
     turn = np.degrees(np.arccos(np.clip(cosines, -1.0, 1.0)))

@@ -318,7 +318,9 @@ def of_lenses(lenses: Mapping[str, Intrinsics | InputError]) -> Verdict:
 def of_world(world: World) -> Verdict:
     """Whether all cameras agree on where the boards were."""
     error = world.held_out_px if np.isfinite(world.held_out_px) else world.rms_px
-    cameras, boards = counted(len(world.cameras), "camera"), counted(len(world.boards), "board")
+    seen = Counter(int(frame) for one in world.sightings for frame in one.frames)
+    cameras = counted(len(world.cameras), "camera")
+    boards = counted(sum(count > 1 for count in seen.values()), "board")
     placed = f"each is placed to {1000 * max(world.position_sigma_m):.1f} mm or better"
     many = f"{cameras} agree on {boards} to {error:.2f} px, and {placed}"
     return _graded(many, error, world.findings)

@@ -63,7 +63,7 @@ def search(
     nothing = np.zeros((0, len(board.corners), 2))
     sightings = tuple(one if len(one) else replace(one, pixels=nothing) for one in seen)
     camera, shown, clauses = different
-    remedy = f"Calibrated with the {shown.words}."
+    remedy = f"The {shown.words} is used."
     found = Finding("warning", f"camera {camera}", "; ".join(clauses), remedy)
     return Search(board, sightings, tuple(mirrored), (found,) if clauses else ())
 

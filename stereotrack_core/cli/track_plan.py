@@ -27,7 +27,7 @@ from stereotrack_core.recording.selection import frames_within, tracked_views, v
 from stereotrack_core.tracking import repeating
 from stereotrack_core.tracking.detecting import detects_first
 from stereotrack_core.tracking.parameters import Settings
-from stereotrack_core.tracking.presets import preset
+from stereotrack_core.tracking.presets import SUFFIX, preset, read_preset
 from stereotrack_core.tracking.run_spec import AUTO, FirstPose, RunSpec, is_found
 from stereotrack_core.tracking.unfinished import UnfinishedRun
 
@@ -103,7 +103,7 @@ def _plan(args: Namespace, recording: Recording) -> TrackPlan:
     frames = frames_within(args.frames, frame_count(recording, views))
     spec = RunSpec(
         settings,
-        preset=name,
+        preset=_preset_name(name),
         frames=frames,
         views=views,
         seed=args.seed or 0,
@@ -221,8 +221,13 @@ def _frames_like(args: Namespace, stored: repeating.StoredSpec, count: int) -> r
 def _settings(args: Namespace, stored: repeating.StoredSpec) -> tuple[str, Settings]:
     """A preset replaces all of the run's parameters, ``--set`` single ones."""
     if args.preset is not None:
-        return args.preset, preset(args.preset, args.changes)
+        return _preset_name(args.preset), preset(args.preset, args.changes)
     return stored.spec.preset, stored.spec.settings.replaced(**parsed_settings(args.changes))
+
+
+def _preset_name(given: str) -> str:
+    """Name that results state: of a file, that of the preset in it."""
+    return read_preset(Path(given)).name if given.lower().endswith(SUFFIX) else given
 
 
 def _clicks(

@@ -1,5 +1,6 @@
 """One lens: intrinsics with distortion, and its place in the world."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -42,6 +43,7 @@ class Camera:
     distortions: FloatArray  # (k,); OpenCV order: 4, 5, 8, 12 or 14; 4 for a fisheye lens
     fisheye: bool  # whether `distortions` belong to OpenCV's fisheye model
     camera_from_world: RigidTransform
+    place_sigma: float = 0.0  # standard deviation (3-D) of its place, metres; 0 if not stated
 
     @property
     def world_from_camera(self) -> RigidTransform:
@@ -62,7 +64,7 @@ class Camera:
         """The camera with the lengths of its place multiplied."""
         old = self.camera_from_world
         placed = RigidTransform(old.rotation, factor * old.translation)
-        return replace(self, camera_from_world=placed)
+        return replace(self, camera_from_world=placed, place_sigma=factor * self.place_sigma)
 
     @cached_property
     def widest_slope(self) -> float:
@@ -178,3 +180,13 @@ def nearest_on_ray(
         if abs(step) < _STILL:
             break
     return origin + distance * direction
+
+
+def variance_by_cameras(cameras: Sequence[Camera]) -> float:
+    """Variance per axis, square metres, of points by errors that the cameras state; 0 for none.
+
+    Every camera shows a point off by its own error, and the point lies in their mean. Rotations
+    are not counted: a camera that is misplaced is turned so that it shows the person where it did.
+    """
+    stated = [one.place_sigma**2 / 3.0 for one in cameras]
+    return sum(stated) / max(len(stated), 1) ** 2

@@ -95,6 +95,8 @@ _NUMBERS: Mapping[str, tuple[tuple[int, ...] | None, str]] = {
 }
 """Shape of a camera's numbers (None: any row of them), and what they are."""
 
+_SIGMA = "place_sigma"  # optional key; standard deviation (3-D) of a camera's place
+
 
 def _camera(table: Table, metres: float) -> Camera | None:
     before = len(table.complaints)
@@ -104,6 +106,7 @@ def _camera(table: Table, metres: float) -> Camera | None:
         table.complain("fisheye", f"{fisheye!r} is not true or false", "Write fisheye = true.")
     read = {key: _numbers(table, key, *wanted) for key, wanted in _NUMBERS.items()}
     found = {key: numbers for key, numbers in read.items() if numbers is not None}
+    sigma = table.number(_SIGMA, 0.0) or 0.0
     for key, what, remedy in _mistakes(found, fisheye is True):
         table.complain(key, what, remedy)
     if len(table.complaints) > before or name is None:
@@ -111,7 +114,8 @@ def _camera(table: Table, metres: float) -> Camera | None:
     rotation = rotation_from_vector(found["rotation"])
     placed = RigidTransform(rotation, found["translation"] * metres)
     width, height = found["size"].astype(int).tolist()
-    return Camera(name, width, height, found["matrix"], found["distortions"], fisheye, placed)
+    lens = found["matrix"], found["distortions"], fisheye
+    return Camera(name, width, height, *lens, placed, sigma * metres)
 
 
 def _mistakes(found: Mapping[str, FloatArray], fisheye: bool) -> Iterator[tuple[str, str, str]]:
@@ -175,6 +179,8 @@ def section_of(camera: Camera, metres: float) -> dict[str, Any]:
         "rotation": vector_from_rotation(placed.rotation).tolist(),
         "translation": (placed.translation / metres).tolist(),
     }
+    if camera.place_sigma:
+        section[_SIGMA] = camera.place_sigma / metres
     return section | ({"fisheye": True} if camera.fisheye else {})
 
 
@@ -189,5 +195,6 @@ def edited_calibration(path: Path, cameras: Cameras) -> str:
         camera = cameras.get(section.get("name", "")) if isinstance(section, dict) else None
         if camera is not None:
             section.pop("fisheye", None)
+            section.pop(_SIGMA, None)
             section.update(section_of(camera, metres))
     return tomli_w.dumps(content)

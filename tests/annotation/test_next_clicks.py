@@ -89,7 +89,12 @@ def test_probable_outliers_and_high_residuals_are_to_be_looked_at_again():
         residuals={wrong: np.array([60.0, 0]), far: np.array([0.0, 20])},
         outliers={wrong: 0.97, far: 0.2},
     )
-    found = {one.key: one for one in NextClicks(RIG, NINE, fit, clicks).best(Wish(500))}
+    ranking, unlike = NextClicks(RIG, NINE, fit, clicks), ClickKey(15, "W", "head")
+    ranking.add({unlike: Doubt(0.6, 1.0, "elsewhere", "appearance")})
+    best = ranking.best(Wish(500))
+    found = {one.key: one for one in best}
+    assert {one.key for one in best[:3]} == {wrong, far, unlike}, "mend before more is clicked"
+    assert max(one.over_frames_deg for one in best[3:]) > found[unlike].over_frames_deg
     assert found[wrong].reason == "probable outlier, 60 px"
     assert found[far].reason == "far from the fit, 20 px"
     assert found[wrong].click_there

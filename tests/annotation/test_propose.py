@@ -145,7 +145,9 @@ def test_clicks_are_asked_for_until_the_frame_is_as_accurate_as_wanted():
         found = proposer(question(5, before, own, wanted=wanted))
     assert found.accuracy_mm <= wanted
     assert abs(len(own) - len(begun.asked)) <= 3, "as many as was said"
-    assert "good enough" in found.words()
+    assert "good enough" in found.words(body_mm=wanted)
+    far = found.words(body_mm=wanted + 30.0)
+    assert f"now {wanted + 30.0:.0f} mm, by which the fitted body is off" in far
 
 
 def test_what_is_accepted_in_all_views_tells_no_more_than_once():

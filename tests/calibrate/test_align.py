@@ -12,6 +12,7 @@ from stereotrack_core.calibrate.align import (
     from_points,
     triangulated,
 )
+from stereotrack_core.calibrate.report import of_alignment
 from stereotrack_core.calibrate.world_checks import seen_board
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.rotation import rotation_from_vector
@@ -69,7 +70,16 @@ def test_a_board_on_the_floor(cameras):
     assert len(found.cameras) >= 2
     assert found.rms_px < 0.3
     assert found.scale.ratio == pytest.approx(1, abs=0.01)
-    check(cameras, from_board(found.world_from_board, BOARD.corners), degrees=0.7)
+    on_floor = from_board(found.world_from_board, BOARD.corners)
+    check(cameras, on_floor, degrees=0.7)
+    held = [
+        _OLD_FROM_NEW @ RigidTransform(rotation, np.array([x, 0.0, 0.8])) for x in (-0.6, 0.0, 0.6)
+    ]
+    for alignment, below in ((on_floor, 0), (from_board(held[0], BOARD.corners), 1)):
+        new = alignment.new_from_old
+        told = of_alignment(alignment, aligned(cameras, new), [new @ one for one in (lying, *held)])
+        words = f"{below} position of the board lie below" if below else "board"
+        assert (words in " ".join(told.remarks)) is bool(below), "then another one lies on it"
 
 
 def test_three_clicked_points(cameras):

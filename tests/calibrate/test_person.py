@@ -9,6 +9,7 @@ from stereotrack_core.body.manifold import displaced
 from stereotrack_core.body.model import landmarks
 from stereotrack_core.calibrate.person import FEWEST, KnownLength, calibrate_from_person
 from stereotrack_core.errors import InputError
+from stereotrack_core.recording.calibration import read_calibration, write_calibration
 from stereotrack_core.recording.landmarks import LANDMARKS
 from tests.tracking.keypoints.cases import BODY
 from tests.tracking.keypoints.cases import VIEWS as SMALL
@@ -86,6 +87,16 @@ def test_clicks_of_one_pixel_tell_the_cameras(share, frames):
     assert f"{found.clicks} clicks are met within" in found.words()
     up = found.cameras["N"].camera_from_world.rotation[:, 2]
     assert up @ VIEWS["N"].camera_from_world.rotation[:, 2] > np.cos(np.radians(15.0))
+
+
+def test_the_file_states_how_far_the_places_may_be_off(tmp_path):
+    points = walk(12)
+    found = calibrate_from_person(clicked(points), SIZES, shoulders(points), SHARE)
+    away = np.linalg.norm(VIEWS["N"].position_world - points.reshape(-1, 3).mean(axis=0))
+    assert found.cameras["N"].place_sigma == pytest.approx(found.shift * away, rel=0.3)
+    write_calibration(tmp_path / "cameras.toml", found.cameras)
+    read = read_calibration(tmp_path / "cameras.toml")
+    assert read["S"].place_sigma == pytest.approx(found.cameras["S"].place_sigma)
 
 
 def test_too_few_clicks_are_refused_with_what_is_missing():

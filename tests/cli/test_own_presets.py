@@ -15,5 +15,6 @@ def test_a_file_is_a_preset_to_track_with(run, recording, tmp_path):
         run("track", recording, *arguments, *more)
     by_file, by_words = (read_run(tmp_path / f"{name}.npz") for name in ("file", "words"))
     np.testing.assert_array_equal(by_file.x, by_words.x)
+    assert by_file.meta["preset"] == "few points", "a path says nothing to a reader"
     changed = preset("fast").replaced(data_points=300, fit_shape=False)
     assert by_file.meta["parameters"] == changed.values()

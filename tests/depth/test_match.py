@@ -1,9 +1,11 @@
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stereotrack_core.depth.match import STEPS, DisparityRange, Matcher
+from stereotrack_core.depth.match import STEPS, DisparityRange, Matcher, Region
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.subpixel import refined_disparity
 from tests.depth.scenes import pair_with_disparity
@@ -56,6 +58,21 @@ def test_what_one_image_does_not_show_is_rejected_by_the_left_right_check():
     unchecked = measured(left, right, match_left_right=-1, match_uniqueness=0)
     unseen = np.s_[:, 66:84]
     assert np.isfinite(checked[unseen]).mean() < 0.6 * np.isfinite(unchecked[unseen]).mean()
+
+
+@pytest.mark.parametrize("left", [30, 130])
+def test_beside_a_part_only_what_its_windows_and_disparities_reach_is_matched(left):
+    matcher, columns = Matcher(DepthParameters().replaced(match_window=11), RANGE), []
+    compute = matcher._matcher.compute
+
+    def counted(one, other):
+        columns.append(one.shape[1])
+        return compute(one, other)
+
+    matcher._matcher = SimpleNamespace(compute=counted)
+    matcher(*pair_with_disparity(np.full((60, 160), 9.0)), Region(left, 10, left + 30, 40))
+    window, most = 11 // 2 + 1, RANGE.minimum + RANGE.count
+    assert columns == [window + 30 + window + most]
 
 
 SHAPE = 60, 160
@@ -117,3 +134,13 @@ def test_pictures_that_hardly_change_keep_the_disparity_of_the_matcher():
     faint = [np.rint(127 + (one - 127.0) / 60).astype(np.uint8) for one in exact_pair(5.3)]
     known = start(5.3)
     np.testing.assert_array_equal(refined_disparity(*faint, ALL, PIXELS, known, 11), known)
+
+
+def test_the_beginning_of_other_rows_says_nothing_about_the_end_of_one():
+    left, right = exact_pair(-7.3)  # what is beyond the right one's border is seen on the left
+    pixels = np.stack([np.full(20, SHAPE[1] - 3), np.arange(20, 40)], axis=1)
+    found = refined_disparity(left, right, ALL, pixels, np.full(20, -7.1), 11)
+    np.testing.assert_allclose(found, -7.3, atol=0.1)
+    right[:, :10] = 255 - right[:, :10]
+    again = refined_disparity(left, right, ALL, pixels, np.full(20, -7.1), 11)
+    np.testing.assert_array_equal(again, found)

@@ -10,13 +10,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stereotrack_core.depth import mono_silhouettes
-from stereotrack_core.depth.mono_silhouettes import MonoSilhouettes
-from stereotrack_core.depth.outline import difference_of, sharp_outline
+from stereotrack_core.depth.cloud import edge_map
+from stereotrack_core.depth.match import Region
+from stereotrack_core.depth.mono_silhouettes import MonoSilhouettes, clean_plate
+from stereotrack_core.depth.outline import difference_of, same_structure, seen_at, sharp_outline
 from stereotrack_core.depth.parameters import DepthParameters
+from stereotrack_core.depth.sources import StereoFrame
+from stereotrack_core.pose_model.detect import Whereabouts
 from stereotrack_core.pose_model.detector import DetectedPose, PersonBox
 from stereotrack_core.recording.description import Recording, Stream, View
 from stereotrack_core.recording.reader import FrameSet, ViewImages
-from tests.depth.scenes import texture
+from tests.depth.scenes import pair_with_disparity, texture
 from tests.tracking.recordings import camera_towards_the_middle
 
 HEIGHT, WIDTH = 120, 160
@@ -83,6 +87,28 @@ def test_a_place_where_the_body_looks_like_the_wall_is_closed():
     found = _found(picture)
     assert found[like_wall].all()
     assert _mean_radius(found) == pytest.approx(30.0, abs=0.7)
+
+
+def test_the_edge_runs_between_the_last_pixel_inside_and_the_first_outside():
+    outline, lens = NOTHING.copy(), (400.0, 80.0, 60.0)
+    outline[40:80, 60:100] = True
+    found = edge_map(outline, np.ones(outline.shape, np.float32), lens, np.eye(3, 4))
+    middle = found.distance[60 - int(found.pinhole[4])]
+    left = 60 - int(found.pinhole[3])
+    np.testing.assert_allclose(middle[left - 3 : left + 3], [2.5, 1.5, 0.5, -0.5, -1.5, -2.5])
+
+
+@pytest.mark.parametrize("noise", [0.0, 12.0])
+def test_both_pictures_show_one_surface_however_noisy_they_are(noise):
+    disparity, rng = np.full((HEIGHT, WIDTH), np.float32(9.0)), np.random.default_rng(0)
+    left, right = pair_with_disparity(disparity)
+    right[40:80, 50:90] = 255 - right[40:80, 50:90]
+    noisy = [one + rng.normal(0.0, noise, one.shape) for one in (left, right)]
+    left, right = (one.clip(0, 255).astype(np.uint8) for one in noisy)
+    frame = StereoFrame(left, right, None, None, 11, noise)
+    same = seen_at(frame, disparity, Region.whole(WIDTH, HEIGHT))
+    assert same[5:30, 5:-20].mean() > 0.95
+    assert same[45:75, 55:85].mean() < 0.1
 
 
 CAMERAS = {
@@ -219,3 +245,25 @@ def test_a_scene_that_nobody_recorded_empty_is_what_is_seen_beside_the_person(mo
     outline = found["S"].outline
     assert (outline & person).sum() > 0.95 * (outline | person).sum()
     assert made.made == ("S",)
+
+
+@pytest.mark.parametrize("gain", [0.5, 0.8, 1.4])
+def test_a_shadow_shows_the_structure_of_the_empty_scene_and_a_person_does_not(gain):
+    before = (0.5 * texture(HEIGHT, WIDTH, seed=1)).astype(np.uint8)
+    now = np.rint(gain * before).astype(np.uint8)
+    now[40:80, 50:110] = (0.5 * texture(HEIGHT, WIDTH, seed=2)).astype(np.uint8)[40:80, 50:110]
+    same = same_structure(now, before, noise=1.0)
+    assert same[:, :40].all()
+    assert same[45:75, 55:105].mean() < 0.4
+
+
+def test_what_the_detector_leaves_of_the_person_s_edge_is_not_in_the_scene():
+    empty = structured(1) // 2
+    frames = [empty.copy() for _ in range(12)]
+    for k, frame in enumerate(frames):
+        left = 40 + 48 * (k // 6)  # half of the time the person is elsewhere
+        frame[100:200, left - 2 : left + 22] = 190  # a blurred edge
+        frame[100:200, left : left + 20] = 255
+    where = Whereabouts(np.array([50.0, 150.0]))
+    plate = clean_plate(BrightPerson(), frames, where)
+    np.testing.assert_array_equal(plate, empty)

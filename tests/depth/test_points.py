@@ -48,3 +48,10 @@ def test_outliers_agree_with_a_tree_on_a_cloud_with_far_points(distance):
     farthest, _ = KDTree(points).query(points, k=[9])
     expected = farthest[:, 0] <= distance
     assert np.array_equal(inliers(points, 8, distance, repeat=False), expected)
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_points_on_a_line_count_each_of_their_neighbours_once(axis):
+    points = np.zeros((4, 3))
+    points[:, axis] = [0.0, 0.6, 1.5, 2.4]  # metres
+    assert inliers(points, 2, 1.0, repeat=False).tolist() == [False, True, True, False]

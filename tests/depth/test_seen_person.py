@@ -3,6 +3,7 @@
 from types import SimpleNamespace
 
 import numpy as np
+import pytest
 
 from stereotrack_core.depth import seen_person
 from stereotrack_core.depth.chain import source_of
@@ -10,7 +11,7 @@ from stereotrack_core.depth.cloud import DepthGeometry
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.points import Volume
 from stereotrack_core.depth.seen_person import SeenPerson
-from stereotrack_core.depth.standing import moves
+from stereotrack_core.depth.standing import _best_plane, moves
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.transform import RigidTransform
 from stereotrack_core.recording.reader import ViewImages
@@ -71,3 +72,14 @@ def test_a_hand_moves_and_noise_does_not():
 
     assert block_moves(6)  # 0.014 square metres, two metres away
     assert not block_moves(4)  # 0.006
+
+
+def test_the_plane_with_most_area_near_it_is_found():
+    rng = np.random.default_rng(0)
+    normal, offset = np.array([0.6, 0.0, 0.8]), -1.7
+    wall = rng.uniform(-1.0, 1.0, (300, 3))
+    wall += (offset - wall @ normal)[:, None] * normal
+    points = np.concatenate([wall, rng.uniform(-3.0, 3.0, (400, 3))])
+    found, at = _best_plane(points, np.ones(len(points)), rng)
+    np.testing.assert_allclose(np.sign(at * offset) * found, normal, atol=1e-9)
+    assert abs(at) == pytest.approx(1.7)

@@ -6,7 +6,13 @@ import numpy as np
 import pytest
 
 from app.features.annotate.clicking.controller import SwapOffers
-from app.features.annotate.clicking.marks import FrameMarks, fit_words, limb_rows, marks_of
+from app.features.annotate.clicking.marks import (
+    FrameMarks,
+    body_off_mm,
+    fit_words,
+    limb_rows,
+    marks_of,
+)
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.annotation.frame_clicks import (
     FitQuestion,
@@ -16,7 +22,7 @@ from stereotrack_core.annotation.frame_clicks import (
 )
 from stereotrack_core.annotation.landmark_set import NINE
 from stereotrack_core.body.limbs import LIMBS
-from stereotrack_core.body.proportions import AVERAGE
+from stereotrack_core.body.proportions import AVERAGE, proportions_of
 from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.points import Volume
 from stereotrack_core.recording.folder import open_recording
@@ -50,6 +56,17 @@ def test_without_a_calibration_no_fit_is_announced(recording):
     assert fit_words(facts) == ("Fitting the body to the clicks …",)
     (words,) = fit_words(replace(facts, calibrated=False))
     assert words == "No calibration: clicks are kept, and no body is fitted to them."
+
+
+def test_a_body_of_other_lengths_is_off_the_clicks_by_more_than_is_wanted(recording):
+    clicks = true_clicks(recording, (N, S))
+    hints, own = hints_of(question(recording, clicks)), proportions_of(recording.subject)
+    off = []
+    for lengths in (own, replace(own, torso_length=own.torso_length - 0.08)):
+        asked = FitQuestion(0, clicks, recording.cameras, NINE, lengths, {}, {}, 10.0, None)
+        off.append(body_off_mm(hints, fitted_body(asked)))
+    assert off[0] < 8.0
+    assert off[1] > 20.0
 
 
 def test_what_is_drawn_of_a_fit_is_what_is_known(recording):

@@ -9,6 +9,7 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QFileDialog
 
+from app.session.replacing import replace_cameras
 from stereotrack_core.calibrate.board import Board
 from stereotrack_core.calibrate.lens import RADIAL, Lens
 from stereotrack_core.geometry.transform import RigidTransform
@@ -134,6 +135,7 @@ def test_from_pictures_to_a_file(window, qtbot, monkeypatch, tmp_path, lenses):
     press(page.next_button)
     done(qtbot, window)
     assert page.verdict.words.text().endswith("or better.")
+    assert f"agree on {len(shared) - 1} boards" in page.verdict.words.text()
     assert len(page.scene.content.boards) == len(done(qtbot, window).boards) > 6
     press(page.next_button)
     QTest.mouseClick(page.axes.ways["board"], LEFT, pos=QPoint(8, 8))
@@ -170,6 +172,12 @@ def test_the_world_of_a_recording_is_turned(newly_opened, qtbot, monkeypatch, tm
     page, recording = calibrate.page, window.context.session.document.recording
     window.context.docks.show_workspace("calibrate")
     press(page.steps.buttons["axes"])
+    state = window.context.view_state
+    shown = state.arrangement, state.displayed
+    for code in (Qt.Key.Key_Period, Qt.Key.Key_M, Qt.Key.Key_D):
+        QTest.keyClick(page, code)
+    assert (state.arrangement, state.displayed) == shown, "keys leave alone what is hidden"
+    assert window.context.session.document.frame == 0
     assert page.axes.ways["first"].text() == "The world as &it is"
     assert not page.axes.file_button.isEnabled()
     assert "Choose pictures of the board" in page.axes.ways["board"].toolTip()
@@ -188,6 +196,32 @@ def test_the_world_of_a_recording_is_turned(newly_opened, qtbot, monkeypatch, tm
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_, **__: (str(target), ""))
     press(page.axes.file_button)
     assert np.allclose(read_calibration(target)["N_right"].position_world, place, atol=1e-6)
+
+
+def test_another_calibration_takes_the_saved_one_away(window, qtbot, tmp_path, small_recording):
+    folder = shutil.copytree(small_recording, tmp_path / "recording")
+    open_recording(window, qtbot, folder)
+    before = window.context.session.document.recording
+    page = window.features.calibrate.page
+    window.context.docks.show_workspace("calibrate")
+    press(page.steps.buttons["axes"])
+    QTest.mouseClick(page.axes.ways["floor"], LEFT, pos=QPoint(8, 8))
+    done(qtbot, window)
+
+    def opened_after(recording):
+        now = window.context.session.document
+        qtbot.waitUntil(lambda: now.recording not in (None, recording) and not now.opening)
+        done(qtbot, window)
+        return now.recording
+
+    press(page.axes.into_button)
+    saved = opened_after(before)
+    assert page.verdict.words.text().startswith("Saved into")
+    assert page.steps.buttons["axes"].text().startswith("✓")
+    replace_cameras(window.context.session, before.cameras, "The calibration is attached")
+    opened_after(saved)
+    assert not page.verdict.words.text().startswith("Saved into")
+    assert not page.steps.buttons["axes"].text().startswith("✓")
 
 
 @pytest.mark.slow

@@ -1,9 +1,12 @@
 """No frame starts empty: proposals come by themselves, are accepted with keys, and corrected."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 
+from app.session.changes import Part
 from app.widgets.timeline.lanes import Mark
 from stereotrack_core.annotation.click import ACCEPTED, Click, ClickKey, Visibility
 from stereotrack_core.annotation.landmark_set import NINE
@@ -153,7 +156,7 @@ def test_what_is_uncertain_stays_open_and_visibility_survives(four, qtbot, monke
         assert {one.origin for one in found.values()} == {ACCEPTED}
 
 
-def test_doubtful_proposals_are_gone_through_each_enlarged(four, qtbot):
+def test_doubtful_proposals_are_gone_through_each_enlarged(four, qtbot, monkeypatch):
     proposals, walk = (
         four.features.annotate.clicking.proposals,
         four.features.annotate.clicking.walk,
@@ -171,6 +174,13 @@ def test_doubtful_proposals_are_gone_through_each_enlarged(four, qtbot):
     assert words.startswith("Accuracy now ")
     assert "more click" in words
     before = {name: view(four, name).zoom for name in VIEWS}
+    point(four, *truth(four, "head", "O"), "O")
+    for code in (Qt.Key.Key_3, Qt.Key.Key_Return):
+        key(four, code, name="O")
+    assert walk.at is None, "a landmark that was chosen goes before doubtful ones"
+    assert view(four, "O").crosshair is not None
+    assert view(four, "O").marks.offer.landmark == "left_elbow"
+    key(four, Qt.Key.Key_Escape, name="O")
 
     key(four, Qt.Key.Key_Q, name="N")
     settle(four, qtbot)
@@ -183,7 +193,13 @@ def test_doubtful_proposals_are_gone_through_each_enlarged(four, qtbot):
     assert shown.crosshair.toTuple() == first.position
     assert shown.rect().contains(shown.place_of(*first.position).toPoint())
     assert shown.marks.curves, "epipolar curves of the other views"
-    key(four, Qt.Key.Key_Return, name=name)
+    moved = replace(first, position=(first.position[0] + 0.5, first.position[1]))
+    with monkeypatch.context() as patched:
+        patched.setattr(proposals, "doubtful", lambda: (moved,))
+        four.context.session.changes.tell(Part.PROPOSALS)
+        assert shown.crosshair.toTuple() == moved.position, "it has moved by another click"
+        key(four, Qt.Key.Key_Return, name=name)
+    assert clicks(four)[first.key[1:]].position == pytest.approx(moved.position)
     assert clicks(four)[first.key[1:]].origin == ACCEPTED
     settle(four, qtbot)
     second = walk.at

@@ -8,6 +8,7 @@ from PySide6.QtCore import QPoint, QRect, QRectF, QSize, Qt
 from PySide6.QtWidgets import QApplication, QWidget
 
 from app.session.messages import Message
+from stereotrack_core.recording.calibration import write_calibration
 from tests.gui.hands import key, trigger, view
 from tests.gui.kept_window import close_window, open_recording, show_window
 
@@ -143,7 +144,7 @@ def is_seen(camera, points):
 
 
 def test_a_recording_opens_zoomed_to_the_person(
-    qtbot, settings, failures, processes, kept, four_views
+    qtbot, settings, failures, processes, kept, four_views, tmp_path
 ):
     kept.close()
     settings.setValue("open_zoomed", True)
@@ -171,6 +172,10 @@ def test_a_recording_opens_zoomed_to_the_person(
     resize(window, 1366, 768)
     assert rows(window) == [["N", "O"], ["S", "W"]], "whole pictures are landscapes"
     assert camera.zoom == 1.0, "who has asked for the whole picture has it"
+    plain = shutil.copytree(four_views, tmp_path / "plain")
+    write_calibration(plain / "calibration.toml", recording.cameras, guessed=True)
+    open_recording(window, qtbot, plain)
+    assert view(window, "N").zoom == 1.0, "a person that movement misses could not be clicked"
     trigger(window, "open_zoomed")
     trigger(window, "close")
     open_recording(window, qtbot, four_views)

@@ -127,10 +127,17 @@ def test_a_run_is_stopped_while_it_is_prepared_and_the_next_one_begins(opened, q
     trigger(opened, "run")
     qtbot.waitUntil(lambda: "%" in session.track.live.preparing_words())
     assert 0.0 < session.track.live.preparing_share <= 1.0
-    opened.context.actions.refresh()
-    assert session.track.live.preparing_words() in opened.status.state.text()
+
+    def said():
+        opened.context.actions.refresh()
+        return session.track.live.preparing_words() in opened.status.state.text()
+
+    qtbot.waitUntil(said)
+    hint = opened.context.docks.dock("plot").widget().currentWidget()
+    assert hint.text().startswith("The tracker is running")
     trigger(opened, "stop")
     assert session.track.entry is None
+    qtbot.waitUntil(lambda: hint.text().startswith("Run the tracker"))
     assert session.runs.entries == ()
     session.track.run_from_here()
     qtbot.waitUntil(lambda: session.track.entry is None, timeout=90_000)

@@ -84,6 +84,10 @@ def test_it_is_stopped_at_any_time_and_what_was_tried_stays(shown, failing):
     failing.remedies.stop()
     shown.until(failing.settled)
     assert 0 < len(failing.remedies.tried.remedies) < failing.remedies.tried.count
+    known = failing.remedies.tried
+    failing.runs.add(entry_of_run(known.run.run(), Path("next.npz")))
+    assert failing.remedies.tried is known, "the next run is made by what was tried"
+    assert "run “wild” has" in failing.remedies.words()
     views = [one for one in failing.remedies.tried.remedies if one.change.views]
     assert all(len(one.change.views) == 1 for one in views)
     assert shown.messages == [], "to be stopped is no error"

@@ -80,6 +80,16 @@ def test_one_wrong_click_does_not_lead_astray():
     assert angle_errors(BODY, found, true).max() < 8.0
 
 
+def test_a_click_on_a_hand_moves_the_arm_rather_than_the_body():
+    true, hand = POSES["t"], LANDMARKS.index("right_hand")
+    (click,) = clicks_on(BODY, true, names=("right_hand",), views=("N",), sigma=0.0)
+    lower = dataclasses.replace(click, position=click.position + [0.0, 80.0])
+    found = pose_by_clicks(setup_of(BODY), true, (lower,))
+    moved = landmarks(BODY, found) - landmarks(BODY, true)
+    assert np.linalg.norm(moved[hand]) == pytest.approx(0.47, abs=0.03)
+    assert np.linalg.norm(found.position - true.position) == pytest.approx(0.08, abs=0.03)
+
+
 @pytest.fixture
 def tracker():
     """A tracker of a whole person."""

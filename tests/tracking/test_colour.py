@@ -1,6 +1,6 @@
 """From colour pictures to a cloud with colours, and to a run."""
 
-from dataclasses import replace
+from dataclasses import astuple, replace
 
 import numpy as np
 import pytest
@@ -131,3 +131,19 @@ def test_only_points_well_apart_from_all_other_limbs_teach_a_colour(rng, apart, 
     assert len(chosen) > 100
     taught = PartColours.unknown(BODY).updated(BODY, chosen, np.zeros(chosen.shape), frames)
     assert taught.count.sum() == (len(chosen[::2]) if teaches else 0)
+
+
+@pytest.mark.parametrize(("off", "asked"), [(0.0, True), (0.23, True), (0.27, False)])
+@pytest.mark.parametrize("way", [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
+def test_colours_are_asked_for_within_25_cm_of_a_cone(off, asked, way):
+    frames, c = (
+        BODY.frames(POSES["t"]),
+        int(np.flatnonzero(LIMB_OF_PART[BODY.cones["part"]] == 4)[0]),
+    )
+    cone = placed_cones(BODY, frames)[c]
+    beside = off + max(cone["r1"], cone["r2"])
+    point = cone["origin"] + cone["rotation"] @ (beside * np.array(way) + [0.0, 0.0, 1e-6])
+    known = PartColours(*(np.full_like(part, 100.0) for part in astuple(PartColours.unknown(BODY))))
+    foreign = replace(known, mean=0.0 * known.mean, square=0.0 * known.square)
+    penalty = foreign.penalty(BODY, point[None], np.full((1, 3), 99.0), frames)[0, c]
+    assert penalty == (3.0 if asked else 1.0)

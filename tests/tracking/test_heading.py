@@ -128,3 +128,15 @@ def test_arms_that_bend_the_wrong_way_speak_against_a_heading(finder, monkeypatc
     monkeypatch.setattr(finder, "arms_cost", lambda _: next(costs))
     found = evidence_of_heading.arms_forward(finder, hanging)
     assert found == pytest.approx(share * evidence_of_heading._FORWARD)
+
+
+@pytest.mark.parametrize(
+    ("against", "share"), [(5.0, 0.0), (15.0, 0.5), (-15.0, -0.5), (40.0, 1.0)]
+)
+def test_legs_that_bend_the_wrong_way_speak_against_a_heading(finder, monkeypatch, against, share):
+    costs = iter([against, 0.0])
+    monkeypatch.setattr(evidence_of_heading, "legs_cost", lambda _: next(costs))
+    monkeypatch.setattr(evidence_of_heading, "feet_ahead", lambda *_: [0.05 * share])
+    found = evidence_of_heading.evidence(finder, POSES["t"], cloud_of(np.zeros((0, 3))))
+    assert found["legs"] == pytest.approx(share * evidence_of_heading._LEGS)
+    assert found["feet"] == pytest.approx(share * evidence_of_heading._FEET)

@@ -1,6 +1,7 @@
 """Lengths of the body out of the frames of a sequence."""
 
 import dataclasses
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from stereotrack_core.body.model import body_model
 from stereotrack_core.body.parameters import BodyParameters
 from stereotrack_core.body.proportions import AVERAGE, Proportions
 from stereotrack_core.tracking.lengths_fit import (
+    WellSeenFrames,
     lengths_by_height,
     lengths_of_standing,
 )
@@ -56,6 +58,26 @@ def test_lengths_of_a_tall_person_come_out_of_their_surface(rng):
     before, after = off(AVERAGE, TALL), off(free.parts(theta)[0], TALL)
     for name in ARMS:
         assert abs(after[name]) < 0.4 * abs(before[name]), (name, before[name], after[name])
+
+
+def test_lengths_of_people_differ_by_some_eight_percent_and_by_less_at_one_height():
+    free = FreeBody(AVERAGE, BodyParameters(), lengths=tuple(LENGTH_SIGMAS), surface=())
+    sigmas = np.diag(np.linalg.inv(free.information)) ** 0.5
+    alike = np.diag(free.information) ** -0.5
+    assert ((sigmas > 0.07) & (sigmas < 0.095)).all(), sigmas
+    assert (alike < 0.9 * sigmas).all(), alike
+
+
+@pytest.mark.parametrize("count", [30, 1000])
+def test_lengths_are_told_by_frames_from_all_over_the_sequence(count):
+    bent, frames = poses(4)[3], WellSeenFrames()
+    for k in range(count):
+        pairs = SimpleNamespace(data=np.full((1, 3), float(k)))
+        said = {"limb_lost": np.zeros(6), "unexplained_fraction": 0.0, "correspondences": pairs}
+        frames.add(SimpleNamespace(pose=bent, estimate=SimpleNamespace(**said)))
+    picked = sorted(seen.data[0, 0] for seen in frames.picked())
+    assert len(picked) == 20
+    assert np.diff([-1.0, *picked, count]).max() <= 0.1 * count
 
 
 @pytest.mark.parametrize(("crown", "ratio"), [(1.715, 1.0), (1.9, 1.9 / 1.715)])

@@ -3,6 +3,7 @@
 import itertools
 from contextlib import closing
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -25,7 +26,7 @@ from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.repeating import stored_spec
 from stereotrack_core.tracking.run import track
 from stereotrack_core.tracking.run_spec import Hooks, RunSpec
-from stereotrack_core.tracking.second_look import LOOKING_AGAIN, best_way
+from stereotrack_core.tracking.second_look import LOOKING_AGAIN, best_way, last_settled
 from stereotrack_core.tracking.state import State
 from stereotrack_core.tracking.step import PersonModel
 from stereotrack_core.tracking.stored import check_meta, pose_of_run
@@ -128,9 +129,12 @@ def test_as_many_tries_are_made_as_are_asked_for_where_they_disagree(recording, 
         return from_state(start, model, number)
 
     monkeypatch.setattr(second_look._Way, "from_state", counted)
-    recording, poses = recording
-    track(recording, spec_of(poses, second_look=tries))
+    monkeypatch.setattr(second_look, "perf_counter", iter([100.0, 107.0]).__next__)
+    (recording, poses), gained = recording, []
+    track(recording, spec_of(poses, second_look=tries), on_advance=gained.append)
     assert made == list(range(tries + 1))
+    spent = [second_look.spent_on(frame) for one in gained for frame in one.gained.frames]
+    assert sum(spent) == pytest.approx(7.0), "the seconds are shared by the frames of the stretch"
 
 
 def test_runs_side_by_side_look_again_as_one_alone_does(recording, whole):
@@ -252,3 +256,17 @@ def test_a_trial_without_a_change_is_the_run_also_where_it_looked_again(recordin
     assert list(found) == list(stretch)
     for k, one in found.items():
         assert_same_estimate(one.estimate, before[k].estimate)
+
+
+@pytest.mark.parametrize(
+    ("tracked", "settled"),
+    [
+        pytest.param("-xx", 2, id="the first pose is settled at once"),
+        pytest.param("xx-xx", 1, id="one after a loss is on trial"),
+        pytest.param("xx-" + 12 * "x", 14, id="which is over after twelve frames"),
+        pytest.param("--", None, id="nobody came"),
+    ],
+)
+def test_a_pose_after_a_loss_decides_nothing_until_it_is_settled(tracked, settled):
+    frames = {k: SimpleNamespace(tracked=one == "x", seconds={}) for k, one in enumerate(tracked)}
+    assert last_settled(frames, len(frames) - 1) == settled

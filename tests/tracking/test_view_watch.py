@@ -8,6 +8,7 @@ import pytest
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.proportions import AVERAGE
+from stereotrack_core.tracking import view_watch
 from stereotrack_core.tracking.view_watch import ViewWatch, views_left_out
 from tests.tracking.scenes import POSES
 from tests.tracking.views import cloud_of_body
@@ -92,3 +93,34 @@ def test_of_two_views_neither_is_known_to_be_right():
 def test_a_body_that_is_too_wide_everywhere_is_no_view_s_fault():
     wide = BODY.cones["outline"] + 0.03
     assert watched(with_points(cloud_of_body(BODY, POSE, wider=wide))).left_out == ""
+
+
+@pytest.mark.parametrize(
+    ("own", "others", "before", "left_out"),
+    [
+        pytest.param((0.035, 0.3), (0.02, 0.3), "", "N", id="contours off"),
+        pytest.param((0.031, 0.3), (0.02, 0.3), "", "", id="contours off by less than 1.6"),
+        pytest.param((0.026, 0.3), (0.015, 0.3), "", "", id="contours as of undisturbed views"),
+        pytest.param((np.nan, 0.45), (np.nan, 0.25), "", "N", id="points unexplained"),
+        pytest.param((np.nan, 0.40), (np.nan, 0.20), "", "", id="points as of undisturbed views"),
+        pytest.param((0.020, 0.90), (0.020, 0.25), "", "", id="points of passers-by"),
+        pytest.param((0.026, 0.3), (0.02, 0.3), "N", "N", id="not yet in agreement"),
+        pytest.param((0.024, 0.3), (0.02, 0.3), "N", "", id="in agreement again"),
+    ],
+)
+def test_a_view_is_left_out_by_its_ratio_and_by_a_least_deviation(own, others, before, left_out):
+    watch = ViewWatch(tuple("NES"), judged=9, left_out=before)
+    assert watch._left_out(tuple("NES"), np.array([own, others, others])) == left_out
+
+
+def test_what_a_view_deviates_by_is_said_in_millimetres_and_percent():
+    signs = np.array([[0.041, 0.5], [0.018, 0.2], [0.022, 0.3]])
+    said = ViewWatch(tuple("NES"), signs, 9, "N").doubts["N"]
+    assert "its contours lie 41 mm beside the body (20 mm in the others)" in said
+    assert "50 % of its points are not explained (25 %)" in said
+
+
+def test_signs_of_a_view_are_averages_over_time_that_forget_slowly(monkeypatch, sound):
+    now = iter([0.02] * 4 + [0.03] * 4)
+    monkeypatch.setattr(view_watch, "_signs", lambda *_: (next(now), 0.2))
+    np.testing.assert_allclose(watched(sound, frames=range(6)).signs[:, 0], 0.7 * 0.02 + 0.3 * 0.03)

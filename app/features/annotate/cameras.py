@@ -24,8 +24,7 @@ def camera_commands(p: AnnotationPanels) -> list[Command]:
         return f"Use {p.recording.camera_names().get(camera, camera)}"
 
     def is_used(place: int) -> bool:
-        unused = p.clicking.annotating.unused()
-        return place >= len(cameras()) or cameras()[place] not in unused
+        return not there(place) or cameras()[place] not in p.clicking.annotating.unused()
 
     def toggle(place: int) -> None:
         edit = use_camera(cameras()[place], used=not is_used(place))

@@ -183,8 +183,12 @@ class AnnotationDialogs:
                 project.view_settings.set(_MAX_SIGMA, limit)
             use(limit)
 
+        def about(limit: float) -> str:
+            now = self._panels.reference.now
+            return "" if now is None else now.reference.left_out(limit) or "Nothing is left out."
+
         text = "Leave out landmarks with a standard deviation above:"
-        ask_for_number(self._panels.window, title, text, field, take)
+        ask_for_number(self._panels.window, title, text, field, take, about)
 
     def _export(self, kind: Kind, limit: float, path: Path, form: ExportFormat) -> None:
         """Write in the background; says when it is done, and what the format cannot store."""

@@ -1,16 +1,19 @@
 """Carries a calibration from pictures of a board to a calibration.toml."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from stereotrack_core.calibrate import work
 from stereotrack_core.calibrate.board import Board
 from stereotrack_core.calibrate.work import Source
 from stereotrack_core.depth.floor import FindFloor
 from stereotrack_core.errors import InputError
+from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.recording.calibration import write_calibration
 
 from ...context import Context
@@ -236,18 +239,32 @@ class CalibrationController:
             return
 
         def write() -> None:
-            said = replace_cameras(session, checked(state), f"Saved into {recording.name}")
-            self.change(saved=said.sentence(), saved_into=recording.folder)
+            cameras = checked(state)
+            said = replace_cameras(session, cameras, f"Saved into {recording.name}")
+            self.change(saved=said.sentence(), saved_into=(recording.folder, cameras))
 
         self._context.notifier.attempt(write)
 
     def _on_recording(self) -> None:
         recording = self._context.session.document.recording
         state = self.state
-        kept = recording is None or recording.folder == state.saved_into
+        folder, cameras = state.saved_into or (None, {})
+        again = recording is None or recording.folder == folder
+        replaced = again and not _are_alike(cameras, recording.cameras if recording else {})
+        kept = again and not replaced
         # what was saved is turned already, and what it was before can still be seen
         stays = state.world is not None and (kept or state.axes.way == "board")
         self.change(
             recording=recording, axes=state.axes if stays else Axes(),
-            saved_into=state.saved_into if kept else None,
+            saved_into=state.saved_into if kept else None, saved="" if replaced else state.saved,
         )  # fmt: skip
+
+
+_AHEAD = np.array([[0.0, 0.0, 1.0], [0.2, 0.0, 1.0], [0.0, 0.2, 1.0]])  # metres, before a camera
+
+
+def _are_alike(ours: Mapping[str, Camera], theirs: Mapping[str, Camera]) -> bool:
+    """Whether cameras of the same name show what is before ours at the same pixels."""
+    places = {one: one.world_from_camera.apply(_AHEAD) for one in ours.values()}
+    both = ((one, theirs.get(one.name, one), place) for one, place in places.items())
+    return all(np.allclose(a.project(place), b.project(place), atol=0.01) for a, b, place in both)

@@ -86,7 +86,8 @@ class Calibration:
     lenses: Made[Mapping[str, LensResult]] | None = None
     world: Made[World] | None = None
     axes: Axes = field(default_factory=Axes)
-    saved_into: Path | None = None  # folder of the recording that has this calibration
+    saved_into: tuple[Path, Mapping[str, Camera]] | None = None
+    """Folder of the recording that has this calibration, and the cameras."""
     saved: str = ""  # what was saved, as a sentence
     problem: tuple[StepName, InputError] | None = None  # what could not be calculated last
     busy: StepName | None = None

@@ -46,6 +46,7 @@ _NO_CURVES = (
     "Run the tracker to see the error of each limb: against the reference where there is one, "
     "otherwise as estimated by the tracker."
 )
+_TRACKING = "The tracker is running. Errors are shown from its first frame on."
 
 
 class ErrorCurves:
@@ -86,7 +87,7 @@ class ErrorCurves:
         watch(Part.FRAME, lambda: self.plot.set_frame(document.frame))
         self.plot.set_threshold(state.threshold)
         self.plot.set_frame(document.frame)
-        parts = Part.JUDGEMENT | RECORDING | PROJECT | Part.SCENARIOS
+        parts = Part.JUDGEMENT | RECORDING | PROJECT | Part.SCENARIOS | Part.RUNS
         for show in (self.show, self._show_lanes):  # one after the other: both take their time
             context.show(parts, show)
 
@@ -94,6 +95,7 @@ class ErrorCurves:
         judgement, every, count = now.judgement, now.judgements, now.frame_count
         if judgement is not None:
             self.plot.set_heading(*heading_words(judgement))
+        self._no_curves.setText(_NO_CURVES if now.in_progress is None else _TRACKING)
         self.stack.setCurrentWidget(self.plot if every else self._no_curves)
         front = now.front if now.front in every and now.front is not now.active else None
         front = front if front is not None and front.visible else None
@@ -121,6 +123,8 @@ class ErrorCurves:
             return ""
         if why_not := self._session.not_tracked():
             return why_not
+        if now.in_progress is not None:
+            return _TRACKING
         keys = self._context.actions.shortcut("run")
         return f"Run the tracker ({keys}) to see a lane for each limb."
 

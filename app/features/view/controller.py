@@ -300,8 +300,8 @@ class FirstZoom:
     def _look(self) -> None:
         self._looking.give_up()
         recording = self._context.session.document.recording
-        if recording is None or not self.chosen():
-            return
+        if recording is None or recording.guessed or not self.chosen():
+            return  # before cameras are known all has to be seen: a box may miss the person
 
         def look(task: Task) -> dict[str, Box]:
             try:

@@ -1,5 +1,7 @@
 """Views, scene and playback: what is shown of the frame, and going from frame to frame."""
 
+from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 
 from ...context import Context
@@ -216,15 +218,22 @@ def register(context: Context) -> ViewController:
     view = ViewController(context)
     ViewMemory(context)
     session, docks, state = context.session, context.docks, context.view_state
-    context.actions.add([
+
+    def why_not(own: Callable[[], str]) -> str:
+        hidden = "The views are hidden here. Choose another workspace first."
+        seen = not docks.workspace or docks.middle.currentWidget() is docks.views
+        return own() or unless(seen, hidden)
+
+    commands = (
         *_pictures(session, state),
         *_overlays(session, state, view),
         *_arrangements(session, state),
         *_zoom(session, state, view, FirstZoom(context)),
         *_light(session, state),
-        *_scene(session, state, docks.scene, view),
         *_playback(session, docks.transport),
-    ])  # fmt: skip
+    )
+    context.actions.add([replace(one, why_not=partial(why_not, one.why_not)) for one in commands])
+    context.actions.add(_scene(session, state, docks.scene, view))
     action, dock = context.actions.action, context.docks.dock("scene")
     layers = [action(f"scene_{layer}") for layer in SCENE_LAYERS]
     colours = [action(f"points_{kind}") for kind in POINT_COLOURS]

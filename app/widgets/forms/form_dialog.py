@@ -78,8 +78,9 @@ def ask_for_number(
     text: str,
     field: NumberField,
     use: Callable[[Any], object],
+    about: Callable[[float], str] | None = None,
 ) -> None:
-    """Let the person type a number into a field, which is made for it."""
+    """Let the person type a number into a field, which is made for it; says what is `about` it."""
 
     def take() -> None:
         use(field.value() if isinstance(field, WholeNumberField) else field.stored())
@@ -88,7 +89,10 @@ def ask_for_number(
     dialog = FormDialog(title, "OK", take, parent)
     dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
     field.setAccessibleName(title)
-    dialog.lay_out(label(text), field, size=(340, 130))
+    dialog.lay_out(label(text), field, size=(340, 130 if about is None else 190))
+    if about is not None:
+        field.valueChanged.connect(lambda: dialog.say(about(field.stored())))
+        dialog.say(about(field.stored()))
     field.selectAll()
     dialog.open()
 

@@ -59,6 +59,9 @@ _REST_MS = 180
 _STILL_MS = 700
 """How long the eye, and the content, have to be at rest until a fine picture is rendered: one of
 each frame while a tracker runs would hold up the window."""
+_FINE_SHARE = 0.03
+"""Most of the time that fine pictures may take while the content changes: one takes 30 to 70 ms
+where no graphics card helps, in which the window stands still."""
 _COARSE_SECONDS = 0.016
 """How long it may take to render a picture while the eye or the content moves."""
 _COARSEST = 4  # how often such a picture may be halved, in pixels
@@ -108,7 +111,7 @@ class SceneView(QWidget):
         self._image: QImage | None = None
         self._content_changed = True
         self._image_is_fine = False
-        self._halved = 0
+        self._halved, self._fine_seconds = 0, 0.0
         self._press: QPointF | None = None
         self._last = QPointF()
         self._dragged, self._turning = False, True
@@ -172,7 +175,8 @@ class SceneView(QWidget):
     def _changed(self, *, content: bool = False) -> None:
         self._image = None
         if content:
-            self._content_changed, self._still = True, _STILL_MS
+            self._content_changed = True
+            self._still = max(_STILL_MS, round(1000.0 * self._fine_seconds / _FINE_SHARE))
             self._redraw.soon(self._prepare)
         else:
             self.update()
@@ -224,9 +228,11 @@ class SceneView(QWidget):
         begun = time.perf_counter()
         self._image = renderer.picture(*size, self.orbit, fine=fine)
         self._image.setDevicePixelRatio(scale)
-        self._image_is_fine = fine
-        if not fine:  # what moves has as many pixels as can be rendered in time
-            share = max(time.perf_counter() - begun, 1e-4) / _COARSE_SECONDS
+        self._image_is_fine, seconds = fine, time.perf_counter() - begun
+        if fine:
+            self._fine_seconds = seconds
+        else:  # what moves has as many pixels as can be rendered in time
+            share = max(seconds, 1e-4) / _COARSE_SECONDS
             self._halved = min(max(self._halved + round(np.log2(share)), 0), _COARSEST)
             self._rest.start(max(self._still, self._rest.remainingTime()))
             self._still = _REST_MS

@@ -81,8 +81,8 @@ _COLUMNS = (
     Column(
         "Gain [°]",
         "Expected reduction of the angular uncertainty of the limbs, over all frames that benefit. "
-        "The list is sorted by this; occluded landmarks and views that disagree with the others "
-        "come last.",
+        "The list is sorted by this; clicks to be checked come first, occluded landmarks and views "
+        "that disagree with the others last.",
         RIGHT,
     ),
     Column("Reason", width=STRETCH),

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
-from PySide6.QtCore import QSignalBlocker, QSize, Qt
+from PySide6.QtCore import QEvent, QSignalBlocker, QSize, Qt
 from PySide6.QtGui import QAction, QPen
 from PySide6.QtWidgets import (
     QCheckBox,
@@ -176,7 +176,8 @@ def _verdict(findings: Sequence[Finding]) -> str:
     warnings = counted(count["warning"], "warning")
     if count["error"]:
         return f"Not usable yet: {counted(count['error'], 'error')}, {warnings}."
-    return f"Usable, with {warnings}." if count["warning"] else "Usable; no problems found."
+    less = warnings if count["warning"] else counted(count["note"], "note")
+    return f"Usable, with {less}." if findings else "Usable; no problems found."
 
 
 _WORTH_SAYING = 0.05
@@ -301,6 +302,7 @@ class RunsPanel(QWidget):
             if item.checkState(0) == Qt.CheckState.Checked:
                 activate(self.tree.indexOfTopLevelItem(item))
 
+        self._rows: Sequence[RunRow] = ()
         self.tree = CellTree("Runs", _RUNS, change, least=_NARROWEST_NAME)
         self.tree.setRootIsDecorated(False)
         self.tree.setIconSize(QSize(30, 14))
@@ -314,7 +316,13 @@ class RunsPanel(QWidget):
         self.tree.activated.connect(lambda index: activate(index.row()))
         self.show_rows(())
 
+    def changeEvent(self, event: QEvent) -> None:
+        if event.type() == QEvent.Type.PaletteChange and self._rows:
+            self.show_rows(self._rows)  # lines are in the text's colour
+        super().changeEvent(event)
+
     def show_rows(self, rows: Sequence[RunRow]) -> None:
+        self._rows = rows
         self._none.setVisible(not rows)
         active = next((place for place, row in enumerate(rows) if row.name.bold), -1)
         self.made.setVisible(bool(rows))

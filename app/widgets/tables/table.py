@@ -20,6 +20,7 @@ from PySide6.QtGui import (
     QFontDatabase,
     QFontMetricsF,
     QGuiApplication,
+    QIcon,
     QKeyEvent,
     QKeySequence,
     QPixmap,
@@ -183,6 +184,10 @@ class RowDelegate(QStyledItemDelegate):
     def initStyleOption(self, option: QStyleOptionViewItem, index: Index) -> None:
         super().initStyleOption(option, index)
         option.state &= ~QStyle.StateFlag.State_HasFocus
+        if not option.icon.isNull():  # Qt would tint it in a selected row
+            icon = QIcon(option.icon)
+            icon.addPixmap(icon.pixmap(option.decorationSize), QIcon.Mode.Selected)
+            option.icon = icon
 
     def sizeHint(self, option: QStyleOptionViewItem, index: Index) -> QSize:
         lines = str(index.data() or "").count("\n") + 1

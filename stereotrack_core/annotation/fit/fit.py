@@ -48,6 +48,7 @@ from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.body.skeleton import FOREARMS, PARENTS, SHANKS, THIGHS, UPPER_ARMS
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.errors import InputError
+from stereotrack_core.geometry.camera import variance_by_cameras
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.recording.reader import FrameReader
@@ -220,11 +221,13 @@ def _put_together(
     residual: dict[ClickKey, FloatArray] = {}
     outlier: dict[ClickKey, float] = {}
     surprise: list[FloatArray] = []
+    clicking = {one.camera for own in clicked.values() for one in own}
+    rig = variance_by_cameras([context.cameras[name] for name in sorted(clicking)]) * np.eye(3)
     for stretch, freedom, found in filled:
         for i, frame in enumerate(stretch):
             k, own = frames.index(frame), clicked[frame]
             report = reported(freedom, found.states[i], found.P[i], len(names))
-            places[k], covariance[k] = report.places, report.covariance
+            places[k], covariance[k] = report.places, report.covariance + rig
             limbs[k], nine[k] = report.limb_sigma_deg, report.nine
             kind[k] = CLICKED if own else INTERPOLATED
             off = exact_residuals(own, names, report.places, context.cameras)

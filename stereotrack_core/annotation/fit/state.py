@@ -26,7 +26,7 @@ from stereotrack_core.body.manifold import (
 )
 from stereotrack_core.body.model import BodyModel
 from stereotrack_core.body.pose import PartFrames, Pose, orthonormal
-from stereotrack_core.body.skeleton import HEAD, PARENTS, PARTS, TORSO
+from stereotrack_core.body.skeleton import HEAD, LEFT_UPPER_ARM, PARENTS, PARTS, TORSO
 from stereotrack_core.filtering.smoothing import Walk
 from stereotrack_core.geometry.rotation import rotation_from_vector
 
@@ -286,6 +286,10 @@ def pose_sigmas(
 _LANDMARK_SHIFT, _HEAD_SHIFT = 0.006, 0.02  # m; landmarks that are no joints, and the head's
 _SURFACE_SHIFT, _SURFACE_TURN = 0.012, np.radians(4.0)  # of a limb's measured surface; metres
 _TRUNK_SHIFT = 0.025  # metres; of the trunk's
+# Metres along upper arms and forearms. Halos and missing hands move the ends of a measured arm by
+# centimetres, differently wherever it points. With 12 mm, what clicks say of a T pose pushed
+# hanging arms up by 45 mm, and 20 mm were stated; with 60 mm depth says too little of arms.
+_ARM_SLIDE = 0.03
 
 
 def shift_sigmas(freedom: Freedom, settings: FitSettings) -> FloatArray:
@@ -293,9 +297,10 @@ def shift_sigmas(freedom: Freedom, settings: FitSettings) -> FloatArray:
     shifts = np.where(freedom.shifts_joint, settings.sigma_joint_shift, _LANDMARK_SHIFT)
     shifts[freedom.parts == HEAD] = _HEAD_SHIFT
     limbs = len(LIMBS) if freedom.with_depth else 0
-    biases = np.tile(np.repeat([_SURFACE_SHIFT, _SURFACE_TURN], 3), limbs)
-    biases[:3] = _TRUNK_SHIFT
-    return np.concatenate([np.repeat(shifts, 3), biases])
+    biases = np.tile(np.repeat([_SURFACE_SHIFT, _SURFACE_TURN], 3), (limbs, 1))
+    biases[: TORSO + 1, :3] = _TRUNK_SHIFT
+    biases[LEFT_UPPER_ARM:, 2] = _ARM_SLIDE
+    return np.concatenate([np.repeat(shifts, 3), biases.ravel()])
 
 
 def _kept(fps: float, seconds: float) -> float:

@@ -79,7 +79,8 @@ def stretches_of(search: FailureSearch) -> tuple[segment.FailureSegment, ...]:
         degrees = errors.frame, errors.degrees
         found = (*found, *segment.failures_by_error(errors, search.fps, search.rules))
     told = ((one, _largest(one, *degrees), _largest(one, *chance)) for one in found)
-    found = tuple(replace(one, error_deg=deg, chance=share) for one, deg, share in told)
+    idle = segment.idle_parameters(run.meta.get("parameters", {}))
+    found = tuple(replace(one, error_deg=deg, chance=share, idle=idle) for one, deg, share in told)
     return tuple(sorted(found, key=lambda e: (e.first, e.last, e.found, e.limbs)))
 
 

@@ -23,9 +23,10 @@ from stereotrack_core.evaluation.failure_segments.reasons import Reason
 from stereotrack_core.evaluation.limbs import limb_ends
 from stereotrack_core.evaluation.summary import LimbErrors
 from stereotrack_core.geometry.rotation import angle_between
-from stereotrack_core.parameters import ParameterGroup, parameter
+from stereotrack_core.parameters import ParameterGroup, Value, parameter
 from stereotrack_core.tracking.failure.features import NEIGHBOUR
 from stereotrack_core.tracking.frame import Run
+from stereotrack_core.tracking.parameters import TrackingParameters
 
 Cause: TypeAlias = Literal[
     "crossing", "torso", "fast", "hidden", "hole", "neighbour", "calibration", "initialisation",
@@ -64,6 +65,19 @@ _POINTS_TO: MappingProxyType[Cause, tuple[str, ...]] = MappingProxyType(
     }
 )
 """Parameters that a cause points to."""
+
+
+def idle_parameters(stated: Mapping[str, Value]) -> frozenset[str]:
+    """Parameters of what these values switch off, of those that causes and reasons point to."""
+    idle = set[str]() if stated.get("measure_silhouettes", True) else {"silhouette_sigma"}
+    searches = stated.get("search_arms", True) and stated.get("estimator") in (None, "iterated")
+    thesis = stated.get("matching") == "model_to_data"  # has only what the thesis decides
+    for row in TrackingParameters.rows():
+        left_open = not row.thesis or row.thesis == "off"
+        if (row.group == "Arm search" and not searches) or (thesis and left_open):
+            idle.add(row.name)
+    return frozenset(idle)
+
 
 FOUND_WORDS: MappingProxyType[Found, str] = MappingProxyType(
     {"truth": "by error", "signs": "by failure probability"}
@@ -115,6 +129,7 @@ class FailureSegment:
     chance: float | None = None  # largest probability that one of them is lost, where known
     verdict: Verdict = field(default=UNCLEAR)
     reason: Reason | None = None  # what the search did where it begins; None if nobody has looked
+    idle: frozenset[str] = frozenset()  # parameters that do nothing in the run's settings
 
     @property
     def frames(self) -> range:
@@ -125,7 +140,8 @@ class FailureSegment:
     def parameters(self) -> tuple[str, ...]:
         """Names of parameters that its reason and its cause point to, the likeliest first."""
         own = () if self.reason is None else self.reason.parameters
-        return tuple(dict.fromkeys((*own, *_POINTS_TO[self.verdict.cause])))
+        names = dict.fromkeys((*own, *_POINTS_TO[self.verdict.cause]))
+        return tuple(name for name in names if name not in self.idle)
 
     @property
     def peak_words(self) -> str:

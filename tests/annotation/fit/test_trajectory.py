@@ -1,12 +1,15 @@
 """A whole trajectory: filled between clicked frames, never across a gap, honest everywhere."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from stereotrack_core.annotation.click import ClickKey
 from stereotrack_core.annotation.fit.results import CLICKED, GAP, INTERPOLATED
+from stereotrack_core.annotation.fit.state import FitSettings, Freedom, shift_sigmas
 from stereotrack_core.annotation.landmark_set import NINE
-from tests.annotation.fit.scenes import BODY, clicked, fitting, places, pose
+from tests.annotation.fit.scenes import BODY, CAMERAS, clicked, fitting, places, pose
 from tests.annotation.scenes import moved_click
 from tests.tracking.scenes import cloud_of, surface_points
 
@@ -112,6 +115,21 @@ def test_depth_tells_what_happens_between_clicked_frames():
     off = np.linalg.norm(found.landmarks - TRUTH[:13], axis=2)
     assert off.mean() < 0.5 * np.linalg.norm(alone.landmarks - TRUTH[:13], axis=2).mean()
     assert off.mean() < 0.025
+
+
+def test_arms_are_measured_worse_along_than_across():
+    freedom = Freedom(NINE, BODY, with_depth=True)
+    sigma = shift_sigmas(freedom, FitSettings())[freedom.of_biases.start - freedom.of_pose :]
+    arms = sigma.reshape(-1, 6)[2:]
+    assert (arms[:, 2] > 2.0 * arms[:, :2].max(axis=1)).all()
+
+
+def test_what_the_cameras_state_of_themselves_is_in_the_uncertainty():
+    doubtful = {name: replace(one, place_sigma=0.06) for name, one in CAMERAS.items()}
+    sure, unsure = (fitting(rig).trajectory(every(2, 3), range(3)) for rig in (CAMERAS, doubtful))
+    np.testing.assert_array_equal(sure.landmarks, unsure.landmarks)
+    added = np.broadcast_to(0.06**2 / 3.0 / len(CAMERAS) * np.eye(3), (3, 9, 3, 3))
+    np.testing.assert_allclose(unsure.covariance - sure.covariance, added, atol=1e-12)
 
 
 def test_frames_need_not_begin_at_the_recording_s_first():

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from stereotrack_core.evaluation.failure_segments.find import FailureSearch, find_failures
-from stereotrack_core.evaluation.failure_segments.segment import FailureRules
+from stereotrack_core.evaluation.failure_segments.segment import UNCLEAR, FailureRules
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
+from stereotrack_core.tracking.presets import preset
 from tests.evaluation.failure_segments.runs import FPS, made, untracked
 
 LOST = 0.97
@@ -70,6 +71,17 @@ def test_arms_that_cross_are_the_cause():
     assert "apart in frame" in evidence.words
     assert evidence.value < 0.05
     assert 0.3 < crossed[0].verdict.confidence <= 1.0
+
+
+def test_parameters_that_do_nothing_in_the_run_are_not_pointed_to():
+    wrong = [("left_forearm", 0, 20, 1.2), ("left_upper_arm", 0, 20, 1.2)]
+    named = {}
+    for name in ("accurate", "thesis"):
+        run, truth = made(wrong=wrong, meta={"fps": FPS, "parameters": preset(name).values()})
+        unclear = replace(failures(run, truth)[0], verdict=UNCLEAR)
+        named[name] = unclear.parameters
+    assert {"search_proposals", "second_look", "picture_cost"} < set(named["accurate"])
+    assert named["thesis"] == ("sigma_joint",)
 
 
 def test_an_failure_of_the_first_frames_is_laid_to_initialisation():

@@ -65,7 +65,10 @@ def test_the_reference_is_exported_as_far_as_it_is_known(qtbot, stage, tmp_path)
     reference = stage.panels.reference.now.reference
     for name in ("csv", "npz", "trc"):
         stage.trigger("export-reference")
-        accept_limit(stage)
+        dialog = stage.findChildren(FormDialog)[-1]
+        dialog.findChild(NumberField).setValue(20.0)
+        assert reference.left_out(0.02) in dialog.words.text(), "before it is decided"
+        accept_limit(stage, 100.0)
         choose(qtbot, stage, name, tmp_path / f"reference.{name}")
         assert f"reference.{name}" in stage.heard[-1]
         assert "Left out: " in stage.heard[-1]

@@ -99,6 +99,13 @@ def test_a_finished_run_is_kept_by_itself_and_comes_back_with_the_project(tracki
     assert len(hidden.frames) == 8
 
 
+def test_a_mean_over_a_part_of_a_run_says_over_how_many_frames(tracking, qtbot):
+    whole, _ = finished(tracking, "whole"), add_run(tracking, "part", off=0.1, frames=slice(2, 5))
+    settle(tracking, qtbot)
+    row = tracking.features.track.row(tracking.context.session.snapshot, whole)
+    assert row.facts[1].text.endswith(") in 3 frames")
+
+
 def test_a_run_is_named_removed_and_restored(tracking, qtbot):
     entry = finished(tracking, "run")
     settle(tracking, qtbot)

@@ -3,7 +3,8 @@ from PySide6.QtCore import QItemSelectionModel, Qt
 from PySide6.QtGui import QGuiApplication
 
 from app.widgets.style.colours import LIMB_COLOURS
-from app.widgets.tables.panels import NumbersPanel
+from app.widgets.tables.panels import FindingsPanel, NumbersPanel
+from stereotrack_core.errors import Finding
 
 ROWS = [
     ("", "torso position", "67 mm", "from the reference"),
@@ -56,3 +57,9 @@ def test_copying_takes_the_selection_or_all(qtbot, panel):
     panel.table.setFocus()
     qtbot.keyClick(panel.table, Qt.Key.Key_C, Qt.KeyboardModifier.ControlModifier)
     assert QGuiApplication.clipboard().text() == "right forearm\t14.2 deg\t"
+
+
+def test_a_listed_note_is_not_called_no_problem(shown):
+    panel = FindingsPanel(lambda _finding: None)
+    shown(panel, 420, 200).show_findings([Finding("note", "N", "it is dark", "Add light.")])
+    assert panel.verdict.text() == "Usable, with 1 note."

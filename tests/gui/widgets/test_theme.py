@@ -25,6 +25,8 @@ from app.widgets.style.theme import (
     load_theme,
     resource_path,
 )
+from app.widgets.tables.panels import RunRow, RunsPanel
+from app.widgets.tables.table import Cell, CellTable, Column
 
 
 def luminance(colour):
@@ -119,6 +121,32 @@ def test_icons_follow_the_theme(qapp, qtbot, dark):
     expected = QColor(load_theme("light").text)
     for target in (button, action):
         assert target.icon().pixmap(24, 24).toImage().pixelColor(12, 12) == expected
+
+
+def test_lines_in_the_list_of_runs_follow_the_theme(qapp, qtbot, dark):
+    panel = RunsPanel(*3 * [lambda *_: None])
+    qtbot.addWidget(panel)
+    panel.show_rows([RunRow(Cell("run"), "solid", (Cell(),) * 5, "")])
+    panel.show()
+    for name in ("light", "dark"):
+        apply_theme(qapp, name)
+        qapp.processEvents()
+        role = Qt.ItemDataRole.DecorationRole
+        line = panel.tree.topLevelItem(0).data(0, role).toImage()
+        assert line.pixelColor(14, 7).name() == load_theme(name).text
+
+
+def test_the_colour_of_a_selected_row_stays_what_it_is(qapp, qtbot, dark):
+    apply_theme(qapp, "light")
+    blue = LIMB_COLOURS["left_upper_arm"]
+    table = CellTable("Landmarks", [Column("Name")], lambda row: row, single=True)
+    qtbot.addWidget(table)
+    table.show_rows([(Cell("elbow", swatch=blue),)])
+    table.setCurrentIndex(table.cells.index(0, 0))
+    table.show()
+    image = table.viewport().grab().toImage()
+    middle = table.visualRect(table.cells.index(0, 0)).center().y()
+    assert blue.lower() in {image.pixelColor(x, middle).name() for x in range(30)}
 
 
 @pytest.mark.parametrize("theme", ["light", "dark"])

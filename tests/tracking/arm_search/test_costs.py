@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from stereotrack_core.body.angles import ALL_JOINTS
-from stereotrack_core.body.manifold import ARMS, columns_of, difference, displaced
+from stereotrack_core.body.manifold import ARMS, ROW, columns_of, difference, displaced
 from stereotrack_core.body.pose import hanging_pose
+from stereotrack_core.body.surface import nearest_on_surface
 from stereotrack_core.filtering.linearisation import posterior
 from stereotrack_core.geometry.rotation import angle_between
 from stereotrack_core.geometry.triangulation import segment_distance
@@ -16,18 +17,26 @@ from stereotrack_core.tracking.arm_search.arms import (
     LEFT,
     RIGHT,
     Arms,
+    _hands_at,
     arm_of_pose,
     arm_shape,
     arms_around,
+    directions,
     proposals,
 )
 from stereotrack_core.tracking.arm_search.keypoints import arm_keypoints
-from stereotrack_core.tracking.arm_search.score import anatomy_cost, crossing_cost
+from stereotrack_core.tracking.arm_search.score import (
+    anatomy_cost,
+    arm_distances,
+    change_cost,
+    crossing_cost,
+    pair_sums,
+)
 from stereotrack_core.tracking.arm_search.search import ArmSearch
 from stereotrack_core.tracking.correction import gathered
 from stereotrack_core.tracking.failure.features import disagreement
 from stereotrack_core.tracking.parameters import TrackingParameters
-from stereotrack_core.tracking.residuals.limits import PAIRS, ROOM, limit_rows
+from stereotrack_core.tracking.residuals.limits import PAIRS, ROOM, _part_arms, limit_rows
 from stereotrack_core.tracking.residuals.reprojection import KeypointObservation
 from tests.tracking.keypoints.cases import BODY
 from tests.tracking.keypoints.test_reprojection import seen
@@ -135,6 +144,16 @@ def test_arms_that_nobody_can_hold_cost_and_others_do_not(side, upper, fore, pos
     assert found == 0.0 if possible else found > 1.0
 
 
+@pytest.mark.parametrize(("depth", "possible"), [(0.02, True), (0.045, False)])
+def test_a_belly_gives_way_to_an_arm_by_some_two_centimetres(depth, possible):
+    place = np.array([0.0, 0.15, 0.25])
+    place[1] -= nearest_on_surface(place[None], BODY.cones[:1], np.inf).distance[0] + depth
+    short = {f"{part}_length": 0.001 for part in ("upper", "fore", "hand")}
+    at_belly = replace(arm_shape(BODY, LEFT), shoulder=place, **short)
+    down = np.array([[0.0, 0.0, -1.0]])
+    assert (anatomy_cost(BODY, at_belly, Arms(down, down))[0] == 0.0) == possible
+
+
 LEAST = 0.045
 
 
@@ -190,3 +209,106 @@ def test_proposals_around_the_present_arm_are_nearer_than_those_around_the_predi
     )
     assert 20.0 < near < 40.0, "turned by 18 degrees about each axis, with the upper arm and alone"
     assert wide > 1.5 * near
+
+
+@pytest.mark.parametrize("side", [LEFT, RIGHT])
+def test_usual_forearms_beside_the_body_lead_ahead_or_across_it(side):
+    arm, outwards = arm_of_pose(BODY.frames(POSES["t"]), side), -1.0 if side == LEFT else 1.0
+    shape, rng = shapes(POSES["t"])[side], np.random.default_rng(0)
+    usual = proposals(shape, arm, arm, np.zeros((0, 3)), 0, rng)
+    fore = usual.fore[usual.upper[:, 2] < -0.9]
+    assert len(fore) >= 6
+    assert (outwards * fore[:, 0]).max() < 1e-9
+
+
+@pytest.mark.parametrize(("count", "picked"), [(1200, 150), (4, 1)])
+def test_an_eighth_of_the_proposals_reach_for_what_is_unexplained_and_one_at_least(count, picked):
+    shape, arm = shapes(POSES["t"])[LEFT], arm_of_pose(BODY.frames(POSES["t"]), LEFT)
+    without, found = (
+        proposals(shape, arm, arm, np.array(data), count, np.random.default_rng(0))
+        for data in (np.zeros((0, 3)), [shape.shoulder + 0.2, shape.shoulder + 9.0])
+    )
+    assert len(found) - len(without) == 3 * picked  # two with the hand there, one pointing
+
+
+def some_arms(side, count, rng):
+    return arms_around(arm_of_pose(BODY.frames(POSES["t"]), side), count, 0.8, 0.8, rng)
+
+
+def test_a_datum_is_as_far_from_an_arm_as_from_its_nearest_tapered_segment(rng):
+    shape, points = arm_shape(BODY, RIGHT), rng.normal(0.0, 0.4, (40, 3))
+    nodes = shape.nodes(some_arms(RIGHT, 5, rng))
+    a, b = nodes[:, :-1, None], nodes[:, 1:, None]
+    share = np.clip(((points - a) * (b - a)).sum(-1) / ((b - a) ** 2).sum(-1), 0.0, 1.0)
+    axis = np.linalg.norm(points - a - share[..., None] * (b - a), axis=-1)
+    radius = (1.0 - share) * shape.radii[:, :1] + share * shape.radii[:, 1:]
+    expected = np.abs(axis - radius).min(axis=1)
+    np.testing.assert_allclose(arm_distances(points.T.copy(), nodes, shape.radii), expected)
+
+
+def test_a_datum_counts_by_the_nearest_of_trunk_and_both_arms(rng):
+    others, left, right = (rng.uniform(0.0, 0.2, shape) for shape in ((9,), (4, 9), (3, 9)))
+    squared = np.minimum(np.minimum(left[:, None], right), others) ** 2
+    expected = (squared / (squared + 0.03**2)).sum(axis=2)
+    np.testing.assert_allclose(pair_sums(others, left, right, 0.03**2), expected)
+
+
+def test_an_arm_costs_by_how_far_it_has_turned(rng):
+    was, now = some_arms(LEFT, 1, rng), some_arms(LEFT, 6, rng)
+    turns = [angle_between(now.upper, was.upper), angle_between(now.fore, was.fore)]
+    expected = 2.0 * np.log1p((np.degrees(turns) / [[30.0], [40.0]]) ** 2).sum(axis=0)
+    np.testing.assert_allclose(change_cost(was.upper, was.fore, now.upper, now.fore), expected)
+
+
+def test_pairs_cost_by_how_near_their_limbs_come(rng):
+    nodes = [arm_shape(BODY, s).nodes(some_arms(s, 12, rng)) for s in (LEFT, RIGHT)]
+    ends = (((1, 3), (1, 3)), ((0, 1), (1, 3)), ((1, 3), (0, 1)))
+    expected = 0.0
+    for ((a, b), (c, d)), room in zip(ends, ROOM, strict=True):
+        left, right = nodes[LEFT][:, None], nodes[RIGHT][None]
+        apart = segment_distance(left[:, :, a], left[:, :, b], right[:, :, c], right[:, :, d])
+        expected = expected + 3.0 * np.clip((0.2 * room - apart) / 0.03, 0.0, 2.0)
+    assert 0.0 < np.mean(expected) < 18.0
+    np.testing.assert_allclose(crossing_cost(*nodes, 0.2), expected)
+
+
+@pytest.mark.parametrize("share", [0.4, 0.8, 0.99, 1.5])
+def test_hands_are_put_where_data_are_unexplained(share, rng):
+    shape = arm_shape(BODY, LEFT)
+    reach = shape.upper_length + shape.fore_length + 0.5 * shape.hand_length
+    targets = shape.shoulder + share * reach * directions(rng.normal(size=(3, 3)))
+    arms = _hands_at(shape, targets, 4, rng)
+    np.testing.assert_allclose(np.linalg.norm([arms.upper, arms.fore], axis=2), 1.0)
+    off = shape.nodes(arms)[:, 2:].mean(axis=1) - np.repeat(targets, 4, axis=0)
+    expected = max(0.0, share - 1.0) * reach
+    np.testing.assert_allclose(np.linalg.norm(off, axis=1), expected, atol=1.1e-3)
+
+
+# Degrees by which the upper arms of usual places are raised, and by which their elbows are bent.
+RAISED = [-90, -79, -90, -90, -73, -73, -56, 0, 0, -30, 0, 0, -17, 45, 79, 56, -65]
+BENT = [0, 20, 90, 102, 83, 111, 104, 0, 73, 110, 0, 90, 125, 0, 6, 103, 93]
+
+
+@pytest.mark.parametrize("side", [LEFT, RIGHT])
+def test_usual_places_of_arms_are_natural_and_spread_over_what_people_do(side, rng):
+    arm, shape = arm_of_pose(BODY.frames(POSES["t"]), side), arm_shape(BODY, side)
+    found = proposals(shape, arm, arm, np.zeros((0, 3)), 0, rng)[2:]
+    np.testing.assert_allclose(np.degrees(np.arcsin(found.upper[:, 2])), RAISED, atol=0.6)
+    np.testing.assert_allclose(np.degrees(angle_between(found.upper, found.fore)), BENT, atol=0.6)
+    assert (anatomy_cost(BODY, shape, found) < 2.0).all()
+    assert (found.fore[:, 1] >= 0.0).all(), "no forearm points backward"
+
+
+@pytest.mark.parametrize(
+    ("apart", "asked"), [(0.00008, False), (0.00012, True), (0.044, True), (0.046, False)]
+)
+def test_forearms_are_parted_unless_their_axes_meet(apart, asked):
+    rotations, origins = np.zeros((6, 3, 3)), np.zeros((6, 3))
+    rotations[4, :, 2], rotations[5, :, 2] = [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]
+    origins[4], origins[5] = [-0.1, 0.0, apart], [0.0, -0.2, 0.0]
+    rows = np.zeros(1, dtype=ROW)
+    count = _part_arms(PAIRS[0], (rotations, origins), np.full(6, 0.4), LEAST, 0, rows)
+    assert count == int(asked)
+    if asked:
+        np.testing.assert_allclose(rows["direction"][0], [0.0, 0.0, 1.0])
+        np.testing.assert_allclose(rows["innovation"], LEAST - apart)

@@ -75,3 +75,16 @@ def test_who_stands_elsewhere_looks_different_the_more_the_farther(clouds, name,
     costs = [_unlike(pictures, moved(POSES[name], r * way)) for r in (0.0, 0.06, 0.15, 0.4)]
     assert costs[:3] == sorted(costs[:3])  # beyond a body's width it may as well stand anywhere
     assert costs[-1] > 3.0 * costs[0]
+
+
+def test_a_body_looks_the_same_if_camera_and_body_are_moved_together(clouds):
+    placed, by = outline_cones(BODY, BODY.frames(POSES["t"])), np.array([5.0, -4.0, 3.0])
+    for seen in seen_pictures(clouds["t"], 3):
+        to_camera = seen.camera_from_world.copy()
+        to_camera[:, 3] -= to_camera[:, :3] @ by
+        elsewhere = placed.copy()
+        elsewhere["origin"] += by
+        there = seen._replace(eye=seen.eye + by, camera_from_world=to_camera)
+        (here, _), (drawn, _) = seen.drawn(placed), there.drawn(elsewhere)
+        assert ((here > 0.0) != (drawn > 0.0)).sum() <= 2, "but for the last bit of an edge"
+        assert np.median(np.abs(here - drawn)[here > 0.0]) < 1e-6

@@ -8,10 +8,16 @@ import pytest
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import AVERAGE
-from stereotrack_core.body.skeleton import FOREARMS, UPPER_ARMS
+from stereotrack_core.body.skeleton import FOREARMS, LIMB_OF_PART, UPPER_ARMS
 from stereotrack_core.tracking.arm_search.arms import LEFT, RIGHT, with_arm
-from stereotrack_core.tracking.failure.features import FEATURES, failure_probability, limb_features
-from tests.tracking.scenes import POSES
+from stereotrack_core.tracking.arm_search.picture import outline_cones, seen_pictures
+from stereotrack_core.tracking.failure.features import (
+    FEATURES,
+    failure_probability,
+    limb_features,
+    with_neighbours,
+)
+from tests.tracking.scenes import POSES, pose_with_arms
 from tests.tracking.views import cloud_of_body
 
 BODY = body_model(AVERAGE)
@@ -63,6 +69,20 @@ def test_an_arm_beside_what_was_seen_is_lost(name, side):
     assert unexplained[side] > 2.0 * unexplained[1 - side]
 
 
+@pytest.mark.parametrize(
+    ("upper", "fore", "buried"),
+    [
+        pytest.param((0.2, 0.1, -1), (-1, 0, 0), 1.0, id="through the trunk"),
+        pytest.param((0.3, 0.8, -0.5), (-1, -0.7, -0.3), 0.6, id="the hand alone"),
+        pytest.param((0.3, 0.8, -0.5), (-1, -0.2, -0.6), 0.0, id="before it"),
+    ],
+)
+def test_a_forearm_is_buried_by_the_decimetres_that_it_lies_in_the_trunk(upper, fore, buried):
+    pose = pose_with_arms(upper, fore, (-1, 0, 0), (-1, 0, 0))
+    signs, _ = signs_of(pose, "t")
+    np.testing.assert_allclose(signs["buried"][list(FOREARMS)], [0.0, buried], atol=0.15)
+
+
 @pytest.mark.parametrize("views", ["one", "two", "several"])
 def test_keypoints_that_agree_make_surer_and_those_that_do_not_doubtful(views):
     pose, doubtful = POSES["t"], with_arm(POSES["t"], LEFT, DOWN, DOWN)
@@ -74,3 +94,58 @@ def test_keypoints_that_agree_make_surer_and_those_that_do_not_doubtful(views):
             signs = limb_features(cloud, BODY, here, np.ones(6), seen)
             said[name] = failure_probability(signs, views)[limbs]
         assert (said["agree"] < said["contradict"]).all()
+
+
+def over_limbs(pose, areas):
+    """Square metres (V, 6), mean of the views, over those of the limbs seen from the side."""
+    cones = BODY.cones
+    sides = (cones["r1"] + cones["r2"]) * cones["height"]
+    own = [sides[LIMB_OF_PART[cones["part"]] == limb].sum() for limb in range(6)]
+    return np.mean(areas, axis=0) / own
+
+
+WRONG = with_arm(POSES["t"], LEFT, DOWN, DOWN)
+
+
+def test_looks_of_limbs_are_counted_pixel_by_pixel():
+    signs, _ = signs_of(WRONG, "t")
+    counted = np.zeros((4, 6, 3))
+    for v, seen in enumerate(seen_pictures(cloud_of("t"), 3)):
+        model, owner = seen.drawn(outline_cones(BODY, BODY.frames(WRONG)))
+        e2 = np.maximum(seen.scale * (model - seen.measured), 0.0) ** 2
+        behind = e2 / (e2 + 0.8**2) * (seen.measured > 0.0) * seen.person
+        for limb in range(6):
+            on = (owner >= 0) & (LIMB_OF_PART[owner] == limb)
+            looks = (1 - seen.person[on]).sum(), behind[on].sum(), on.sum()
+            counted[v, limb] = np.array(looks) * seen.area(WRONG.position)
+    share = counted.sum(axis=0) / counted.sum(axis=0)[:, 2:]
+    np.testing.assert_allclose(signs["through"], share[:, 0])
+    np.testing.assert_allclose(signs["behind"], share[:, 1], atol=1e-4)
+    visible = over_limbs(WRONG, counted[..., 2])
+    np.testing.assert_allclose(signs["visible"], np.log(visible + 0.05))
+    np.testing.assert_allclose(signs["jump"], np.log(2.0))
+
+
+def test_what_is_not_explained_is_counted_in_the_reach_of_each_limb():
+    signs, _ = signs_of(WRONG, "t")
+    frames, reach, counted = BODY.frames(WRONG), 1.2 * BODY.skeleton.lengths[:6], []
+    reach[list(UPPER_ARMS)] += BODY.skeleton.lengths[list(FOREARMS)]
+    for seen in seen_pictures(cloud_of("t"), 3):
+        model, _ = seen.drawn(outline_cones(BODY, frames))
+        explained = (model > 0.0) & (seen.scale * (seen.measured - model) <= 2.0)
+        free = (seen.person == 1) & ~explained
+        pixels = np.argwhere(free)[:, ::-1] * seen.step + [seen.left, seen.top]
+        rays = np.c_[(pixels - seen.pinhole[1:]) / seen.pinhole[0], np.ones(len(pixels))]
+        place = rays / seen.measured[free][:, None]  # known everywhere in a cast picture
+        joints = frames.origins[:6] @ seen.camera_from_world[:, :3].T + seen.camera_from_world[:, 3]
+        near = np.linalg.norm(place[:, None] - joints, axis=2) < reach
+        counted.append(near.sum(axis=0) * seen.area(WRONG.position))
+    unexplained = over_limbs(WRONG, counted)
+    assert unexplained[4] > 0.1
+    np.testing.assert_allclose(signs["unexplained"] ** 2, unexplained, atol=0.01)
+
+
+def test_features_of_many_frames_stand_beside_those_of_each_limb_s_neighbour(rng):
+    many = rng.normal(size=(3, 6, 9))
+    for one, found in zip(many, with_neighbours(many), strict=True):
+        np.testing.assert_array_equal(found, np.hstack([one, one[[0, 0, 4, 5, 2, 3]]]))

@@ -10,12 +10,14 @@ from stereotrack_core.body.pose import Pose, hanging_pose, rotation_towards
 from stereotrack_core.body.proportions import AVERAGE
 from stereotrack_core.body.skeleton import LEFT_SHANK, LEFT_THIGH, RIGHT_SHANK, RIGHT_THIGH, TORSO
 from stereotrack_core.geometry.rotation import rotation_from_vector
+from stereotrack_core.tracking.initialise import trunk
 from stereotrack_core.tracking.initialise.finder import TURN_GAIN, PoseFinder
 from stereotrack_core.tracking.initialise.trunk import facing_cost, turned_round
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.state import Setup
 from tests.tracking.keypoints.test_reprojection import seen
 from tests.tracking.scenes import CAMERAS, POSES, cloud_of, surface_points
+from tests.tracking.views import cloud_of_body
 
 BODY = body_model(AVERAGE)
 NOBODY = np.empty((0, 3))
@@ -83,3 +85,59 @@ def test_a_pose_the_other_way_round_is_turned(name, rng):
         alone = finder.gain_of_turning(other, cloud)
         gain = finder.gain_of_turning(other, with_keypoints)
         assert sign * (gain - alone) > 2.0 * TURN_GAIN
+
+
+def _thighs(radians: float) -> Pose:
+    """Standing upright with both straight legs swung back."""
+    rotations = STANDING.rotations.copy()
+    back = np.array([0.0, -np.sin(radians), -np.cos(radians)])
+    for thigh in (LEFT_THIGH, RIGHT_THIGH):
+        rotations[thigh] = rotation_towards(rotations[thigh], back)
+    return Pose(STANDING.position, rotations)
+
+
+@pytest.mark.parametrize(
+    ("pose", "cost"),
+    [
+        pytest.param(_knees(-np.degrees(0.2 + 0.125)), 2 * 5.0, id="knees a little forward"),
+        pytest.param(_knees(-60.0), 2 * 20.0, id="knees far forward"),
+        pytest.param(_thighs(0.5 + 0.15), 2 * 2.5, id="thighs behind"),
+        pytest.param(_lean(-18.0), 4.0, id="leaning back"),
+        pytest.param(_lean(np.degrees(np.arccos(-0.3))), 24.0 + 10.0, id="headlong"),
+    ],
+)
+def test_what_bodies_hardly_do_costs_in_proportion(pose, cost):
+    assert facing_cost(BODY, pose, NOBODY, CAMERAS) == pytest.approx(cost, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("column", "row", "z", "counted"),
+    [
+        pytest.param(2, 1, 1.5, 0, id="looked through"),
+        pytest.param(2, 1, 1.93, 1, id="supported"),
+        pytest.param(2, 1, 2.07, 1, id="supported from in front"),
+        pytest.param(2, 1, 1.85, None, id="neither"),
+        pytest.param(2, 1, 2.5, 2, id="hidden"),
+        pytest.param(3, 1, 2.0, 0, id="beside the silhouette"),
+        pytest.param(4, 1, 2.0, 3, id="in the silhouette"),
+        pytest.param(2, 1, -2.0, None, id="behind the camera"),
+        *[pytest.param(*at, 1.5, None, id=f"outside {at}") for at in ((-1, 1), (5, 1), (2, -1))],
+        *[pytest.param(*at, 1.5, 0, id=f"at the border {at}") for at in ((0, 1), (2, 0), (2, 2))],
+        pytest.param(2, 3, 1.5, None, id="below"),
+    ],
+)
+def test_how_a_view_judges_a_place(column, row, z, counted):
+    image, silhouette = np.full((3, 5), 2.0), np.zeros((3, 5), dtype=np.bool_)
+    image[1, 3:], silhouette[1, 4] = np.nan, True
+    place, seen = np.array([[(column - 2) * z / 9, (row - 1) * z / 9, z]]), np.zeros((1, 4), int)
+    trunk._count_sight(
+        place, image, silhouette, np.array([9.0, 2, 1]), np.array([0.05, 0.02]), seen
+    )
+    assert seen[0].tolist() == [int(k == counted) for k in range(4)]
+
+
+@pytest.mark.parametrize(("eyes", "cost"), [("", 1.5), ("N", 2.5), ("NE", 5.0), ("NEW", 5.0)])
+def test_places_where_nobody_is_seen_cost_for_each_of_two_views(eyes, cost):
+    cloud = cloud_of_body(BODY, STANDING, eyes)
+    aside = Pose(STANDING.position + [0.7, 0.7, 0.3], STANDING.rotations)
+    assert trunk.trunk_sight_cost(cloud, BODY, [aside])[0] == pytest.approx(17 * cost)

@@ -41,6 +41,7 @@ class Annotating:
         self.landmark_set = NINE
         """Landmarks that are clicked in this project."""
         self._facts: tuple[int, dict[ClickKey, Click]] | None = None
+        self._unused: frozenset[str] | None = None  # None: to be read
         self._nudged: ClickKey | None = None
         self._untold: Part | None = None
         self._reading = (0, False)
@@ -72,8 +73,10 @@ class Annotating:
 
     def unused(self) -> frozenset[str]:
         """Cameras that are left out of triangulation, fit and export."""
-        project = self._project.project
-        return project.marks.unused_cameras() if project is not None else frozenset()
+        if self._unused is None:
+            project = self._project.project
+            self._unused = project.marks.unused_cameras() if project is not None else frozenset()
+        return self._unused
 
     def blind(self) -> bool:
         return self.repeats is not None and self.repeats.active == self._document.frame
@@ -379,6 +382,8 @@ class Annotating:
             self._read_set()
         if changed.tables & _CLICKS:
             self._facts = None
+        if "camera_use" in changed.tables:
+            self._unused = None
         if changed.tables & {*_CLICKS, "choice", "landmark_set"}:
             with self._as_one():
                 self._follow()
@@ -388,7 +393,7 @@ class Annotating:
         project = self._project.project
         self.repeats = BlindRepeats(project) if project is not None else None
         with self._as_one():
-            self._facts = None
+            self._facts = self._unused = None
             self._read_set()
             self._tell(Part.CLICKS)
 

@@ -120,7 +120,8 @@ class ClickController:
         watch(Part.INSTANT, self.show)
         # they follow one another in a moment
         watch(
-            Part.DOUBTS | Part.HINTS | Part.PROPOSALS, partial(context.docks.redraw.soon, self.show)
+            Part.DOUBTS | Part.HINTS | Part.PROPOSALS | Part.KEYPOINTS,
+            partial(context.docks.redraw.soon, self.show),
         )
         watch(Part.CLICKS | Part.CHOICE, self.show)
         watch(Part.EDITS, self.annotating.end_nudging)
@@ -218,7 +219,7 @@ class ClickController:
 
     def predicted(self, *, everywhere: bool) -> tuple[Prediction, ...]:
         """Predictions to be accepted, in the view at hand or all: of what nobody has clicked."""
-        facts, clicks = self.facts.now(), self.annotating.clicks()
+        facts, clicks = self.facts.predicted(), self.annotating.clicks()
         cameras = self._cameras() if everywhere else [self.camera_at_hand()]
         here = (one for camera in cameras for one in predictions_in(facts, camera))
         return tuple(one for one in here if one.key not in clicks)

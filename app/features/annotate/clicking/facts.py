@@ -22,7 +22,7 @@ from ....context import Context
 from ....session.changes import Part
 from ....session.jobs import NewestAnswer
 from .annotating import Annotating
-from .marks import FEWEST, FrameMarks
+from .marks import FEWEST, FrameMarks, body_off_mm
 from .proposing import ProposalPresenter
 
 _SOON_MS = 30
@@ -91,23 +91,30 @@ class AnnotationFacts:
     def hints(self) -> frame_clicks.ClickHints | None:
         return self._hints.at(self._document.frame)
 
-    def now(self) -> FrameMarks:
-        frame, annotating, project = self._document.frame, self._annotating, self._project.project
-        at_hand = annotating.at_hand() if self._active else None
-        recording = self._document.recording
+    def predicted(self) -> FrameMarks:
+        """Clicks and predictions alone: commands ask for them whenever something has changed."""
+        frame, annotating = self._document.frame, self._annotating
         return FrameMarks(
             frame=frame,
             clicks=tuple(annotating.clicks().values()),
             landmark_set=annotating.landmark_set,
+            predictions=(*self._kept(frame), *self.proposals.now()),
+            hints=self.hints(),
+        )
+
+    def now(self) -> FrameMarks:
+        annotating, project = self._annotating, self._project.project
+        at_hand = annotating.at_hand() if self._active else None
+        recording, predicted, fit = self._document.recording, self.predicted(), self._best_fit()
+        return replace(
+            predicted,
             chosen=annotating.choice.landmark if self._active else "",
             at_hand=at_hand.key if at_hand is not None else None,
             held=annotating.held(),
-            predictions=(*self._kept(frame), *self.proposals.now()),
             asked=frozenset(one.key for one in self.proposals.doubtful()),
-            accuracy=self.proposals.words(),
+            accuracy=self.proposals.words(body_off_mm(predicted.hints, fit)),
             detecting=self.proposals.detections.words(),
-            hints=self.hints(),
-            fit=self._best_fit(),
+            fit=fit,
             views=self.view_names(),
             offers={name: annotating.next_in(name) for name in annotating.shown_cameras()}
             if self._active

@@ -47,7 +47,7 @@ class FrameMarks:
     frame: int
     clicks: tuple[Click, ...]
     landmark_set: LandmarkSet
-    chosen: str
+    chosen: str = ""
     at_hand: ClickKey | None = None
     held: ClickKey | None = None  # the click that keys act on; that Alt+arrows move
     predictions: tuple[Prediction, ...] = ()
@@ -270,6 +270,7 @@ def landmark_rows(facts: FrameMarks, cameras: Sequence[str]) -> tuple[CellRow, .
     """Every landmark of the set, with its state in these cameras."""
     there = {(click.camera, click.landmark): click for click in facts.clicks}
     seen = {(one, p.landmark) for one in cameras for p in predictions_in(facts, one)}
+    away = _distances(facts.hints, facts.fit)
 
     def cell(camera: str, landmark: Landmark) -> Cell:
         place = camera, landmark.name
@@ -286,7 +287,7 @@ def landmark_rows(facts: FrameMarks, cameras: Sequence[str]) -> tuple[CellRow, .
             Cell(landmark.label),
             *(cell(camera, landmark) for camera in cameras),
             Cell(_residual(facts, landmark.name), *shown),
-            Cell(f"{_distance(facts, landmark.name)} ", *shown),
+            Cell(f"{away[landmark.name]:.0f} " if landmark.name in away else "", *shown),
         )
 
     return tuple(row(*each) for each in enumerate(facts.landmark_set.landmarks, start=1))
@@ -339,10 +340,10 @@ def fit_words(facts: FrameMarks) -> tuple[str, ...]:
     found = facts.doubtful
     if facts.fit is not None:
         said = (*_misfit(facts.fit), *_frame_words(facts, facts.fit))
+        lengths = () if facts.hints is None else facts.hints.lengths
+        said = (_OTHER_LENGTHS, *said) if any(one.doubtful for one in lengths) else said
         if facts.accuracy:
             said = (facts.accuracy, *said)
-        lengths = () if facts.hints is None else facts.hints.lengths
-        said = (*said, _OTHER_LENGTHS) if any(one.doubtful for one in lengths) else said
         if found is not None:  # the rest follows from the camera that contradicts the others
             said = (f"{what_disagrees(found, facts.views)}. {what_to_do(found)}", *said)
         more = len(said) - _MOST_WORDS
@@ -408,12 +409,16 @@ def _residual(facts: FrameMarks, landmark: str) -> str:
     return f"{rms:.1f}" if isfinite(rms) else ""
 
 
-def _distance(facts: FrameMarks, landmark: str) -> str:
-    points = facts.hints.points if facts.hints is not None else {}
-    if facts.fit is None or landmark not in points or landmark not in facts.fit.places:
-        return ""
-    away = float(np.linalg.norm(points[landmark].world - facts.fit.places[landmark]))
-    return f"{1000.0 * away:.0f}"
+def _distances(hints: ClickHints | None, fit: ShownFit | None) -> dict[str, float]:
+    """Millimetres from the triangulated clicks of each landmark to the fitted body."""
+    points, places = ({} if hints is None else hints.points), ({} if fit is None else fit.places)
+    both = points.keys() & places.keys()
+    return {k: 1000.0 * float(np.linalg.norm(points[k].world - places[k])) for k in both}
+
+
+def body_off_mm(hints: ClickHints | None, fit: ShownFit | None) -> float:
+    """Root mean square of these distances; 0 if none is known."""
+    return float(np.sqrt(np.mean(np.square([*_distances(hints, fit).values()] or [0.0]))))
 
 
 def _is_outlier(facts: FrameMarks, landmark: str) -> bool:

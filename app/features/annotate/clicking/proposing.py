@@ -61,7 +61,7 @@ class ProposalPresenter:
         session, self._annotating, self.detections = context.session, annotating, detections
         self._document, self._project = session.document, session.project
         self._tell = partial(session.changes.tell, Part.PROPOSALS)
-        self._active = False
+        self._active = self._was_wanted = False
         self._cameras: Mapping[str, Camera] = {}
         self._around: tuple[int, tuple[Click, ...]] | None = None
         self._followed: dict[tuple[ClickKey, object, int], Prediction | None] = {}
@@ -103,10 +103,10 @@ class ProposalPresenter:
         found = known.doubtful(recording.cameras, accepted_sigma(project))
         return tuple(one for one in found if one.key not in clicks)
 
-    def words(self) -> str:
+    def words(self, body_mm: float = 0.0) -> str:
         """Accuracy of the frame, and the number of clicks up to the wanted one, as a sentence."""
         known = self._known_now()
-        return known.words() if known is not None else ""
+        return known.words(body_mm) if known is not None else ""
 
     def ahead(self) -> dict[int, frozenset[str]]:
         """Landmarks that are proposed, by frame: in the one that is shown and the one after it."""
@@ -171,7 +171,9 @@ class ProposalPresenter:
         self._overtake()
         self.answer.ask()
         self._follow_next()
-        self._tell()
+        before, self._was_wanted = self._was_wanted, self._wanted()
+        if before or self._was_wanted:
+            self._tell()
 
     def _overtake(self) -> None:
         if self._way is not None:

@@ -90,7 +90,8 @@ class ReferenceWork:
         made = self.now.reference if self.now is not None else None
         if made is not None and made.meta.get("settings", {}).get("use_depth") == depth:
             each = float(made.meta.get("seconds", 0.0)) / max(len(made.frame), 1) or each
-        return f"about {in_words(each * self._frames)}"
+        words = in_words(each * self._frames)
+        return words if words.startswith("under") else f"about {words}"
 
     def fit(self, frames: range | None = None) -> None:
         """Fit the whole recording, or only these frames with what they hang on."""
