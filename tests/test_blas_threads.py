@@ -1,26 +1,28 @@
-"""Linear algebra runs on one thread, in the program and while somebody asks for that."""
+"""Linear algebra and OpenCV run on one thread while somebody asks for that."""
 
 import os
 from contextlib import suppress
 
+import cv2
 import threadpoolctl
 
 from stereotrack_core.blas_threads import one_blas_thread
 
 
-def blas_threads():
+def threads():
     pools = threadpoolctl.threadpool_info()
-    return {pool["num_threads"] for pool in pools if pool["user_api"] == "blas"}
+    blas = {pool["num_threads"] for pool in pools if pool["user_api"] == "blas"}
+    return blas, cv2.getNumThreads()
 
 
-def test_blas_really_runs_on_one_thread_until_the_last_has_left():
+def test_libraries_really_run_on_one_thread_until_the_last_has_left():
     with threadpoolctl.threadpool_limits(2, user_api="blas"):
-        before = blas_threads()
+        before = threads()
         first, second = one_blas_thread.hold(), one_blas_thread.hold()
         first()
-        assert blas_threads() == {1}
+        assert threads() == ({1}, 1)
         second()
-        assert blas_threads() == before
+        assert threads() == before
 
 
 def test_the_program_begins_with_one_thread_unless_it_is_told_otherwise(monkeypatch, capsys):
