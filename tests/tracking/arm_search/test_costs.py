@@ -231,6 +231,16 @@ def test_an_eighth_of_the_proposals_reach_for_what_is_unexplained_and_one_at_lea
     assert len(found) - len(without) == 3 * picked  # two with the hand there, one pointing
 
 
+@pytest.mark.parametrize("about", [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.6, -0.5, 0.4]])
+@pytest.mark.parametrize(("degrees", "cost"), [(130.0, 0.0), (147.5, 6.0)])
+def test_elbows_that_fold_too_far_cost_in_whatever_plane_they_bend(about, degrees, cost):
+    upper = np.array([0.5, 0.4, 0.7]) / np.linalg.norm([0.5, 0.4, 0.7])
+    aside = np.cross(upper, about) / np.linalg.norm(np.cross(upper, about))
+    fore = np.cos(np.radians(degrees)) * upper + np.sin(np.radians(degrees)) * aside
+    found = anatomy_cost(BODY, arm_shape(BODY, RIGHT), Arms(upper[None], fore[None]))[0]
+    assert found == pytest.approx(cost)
+
+
 def some_arms(side, count, rng):
     return arms_around(arm_of_pose(BODY.frames(POSES["t"]), side), count, 0.8, 0.8, rng)
 
