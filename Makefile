@@ -72,7 +72,7 @@ docs-site: ready
 	$(PY) -m sphinx -q -W --keep-going -c tools/docs_site . build/docs-site
 
 pictures: ready
-	$(PY) tools/write_pictures.py demo docs
+	PYTHONPATH=. $(PY) tools/write_pictures.py demo docs
 	$(PY) tools/shrink_pictures.py docs/*.png
 
 texts: ready
