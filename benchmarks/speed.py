@@ -17,11 +17,11 @@ import numpy as np
 
 import stereotrack_core as stereotrack
 from benchmarks.common import ended, parser_of, put_table, recordings_of, say
-from stereotrack_core.blas_threads import one_blas_thread
 from stereotrack_core.body.model import body_model
 from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.errors import InputError
+from stereotrack_core.one_thread import one_blas_thread
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.recording.selection import usable_views

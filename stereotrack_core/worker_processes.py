@@ -19,8 +19,10 @@ from types import ModuleType
 from typing import Any, TypeAlias
 from weakref import WeakKeyDictionary
 
-from stereotrack_core.blas_threads import one_blas_thread
+import cv2
+
 from stereotrack_core.errors import Cancelled, portable
+from stereotrack_core.one_thread import one_blas_thread
 
 _TELL_SECONDS = 0.2
 _LAST_WORD_SECONDS = 5.0
@@ -123,7 +125,7 @@ class _Worker:
     def __init__(self, count: int, nice: int) -> None:
         self.pipe, theirs = _CONTEXT.Pipe()
         threads = max(1, usable_cores() // count)
-        self.process = _CONTEXT.Process(target=_serve, args=(theirs, nice), daemon=True)
+        self.process = _CONTEXT.Process(target=_serve, args=(theirs, threads, nice), daemon=True)
         libraries = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
         limits = {**dict.fromkeys(libraries, "1"), "NUMBA_NUM_THREADS": str(threads)}
         with _STARTING, _environment(limits), _without_main(), _out_of_reach_of_interrupts():
@@ -333,12 +335,13 @@ def _out_of_reach_of_interrupts() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _serve(pipe: Connection, nice: int) -> None:
+def _serve(pipe: Connection, threads: int, nice: int) -> None:
     """Do tasks until nobody asks any more, or whoever asked is gone."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
     if nice and hasattr(os, "nice"):
         os.nice(nice)
+    cv2.setNumThreads(threads)
     asker = Asker(pipe)
     with one_blas_thread(), suppress(EOFError, BrokenPipeError, ConnectionResetError):
         while True:

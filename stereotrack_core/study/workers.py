@@ -12,6 +12,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import cv2
+
 from stereotrack_core.errors import Cancelled, InputError
 from stereotrack_core.study.job import Job, JobResult, Watcher, do_batch, failure
 from stereotrack_core.version import __version__
@@ -235,6 +237,7 @@ def do_job(job: Job, version: str) -> JobResult:
         what = f"a worker has version {__version__} of this program, not {version}"
         error = InputError(what, remedy="Install the same version on all machines.")
         return failure(job.identity, error)
+    cv2.setNumThreads(1)  # the machine's other cores have workers of their own
     (result,) = do_batch((job,))
     if not result.done and not result.final:
         raise ChanceError(result.error)

@@ -12,11 +12,11 @@ from contextlib import AbstractContextManager, contextmanager
 from functools import lru_cache, partial
 from typing import TypeAlias
 
-from stereotrack_core.blas_threads import one_blas_thread
 from stereotrack_core.depth.chain import DepthChain, OnPart
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.depth.mono_silhouettes import silhouette_views
 from stereotrack_core.depth.volume import settled
+from stereotrack_core.one_thread import one_blas_thread, one_opencv_thread
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.detections import Detections, own_detections
 from stereotrack_core.recording.reader import FrameReader, has_colours
@@ -89,7 +89,7 @@ class Clouds(AbstractContextManager["Clouds"]):
         given = recording, self.views, self.reader, self.settings, spec.seen
         self.detector = seen_keypoints(*given) if looks else None
         self._kept: dict[int, ReadCloud] = {}
-        self._release_blas = one_blas_thread.hold()
+        self._releases = one_blas_thread.hold(), one_opencv_thread.hold()
 
     @property
     def chain(self) -> DepthChain:
@@ -155,7 +155,8 @@ class Clouds(AbstractContextManager["Clouds"]):
         if self._is_own:
             self.chain.close()
             self.reader.close()
-        self._release_blas()
+        for release in self._releases:
+            release()
 
     def __exit__(self, *_: object) -> None:
         self.close()

@@ -41,7 +41,6 @@ from stereotrack_core.annotation.fit.stretch import (
 )
 from stereotrack_core.annotation.landmark_set import NINE, LandmarkSet
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray, stretches_of
-from stereotrack_core.blas_threads import one_blas_thread
 from stereotrack_core.body.limbs import LIMBS
 from stereotrack_core.body.pose import HANGING, Pose, rotation_towards
 from stereotrack_core.body.proportions import proportions_of
@@ -49,6 +48,7 @@ from stereotrack_core.body.skeleton import FOREARMS, PARENTS, SHANKS, THIGHS, UP
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import variance_by_cameras
+from stereotrack_core.one_thread import one_blas_thread
 from stereotrack_core.recording.description import Recording
 from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.recording.reader import FrameReader

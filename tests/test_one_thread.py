@@ -1,27 +1,31 @@
-"""Linear algebra and OpenCV run on one thread while somebody asks for that."""
+"""Libraries run on one thread while somebody asks for that."""
 
 import os
 from contextlib import suppress
 
 import cv2
+import pytest
 import threadpoolctl
 
-from stereotrack_core.blas_threads import one_blas_thread
+from stereotrack_core.one_thread import one_blas_thread, one_opencv_thread
 
 
-def threads():
+def blas_threads():
     pools = threadpoolctl.threadpool_info()
-    blas = {pool["num_threads"] for pool in pools if pool["user_api"] == "blas"}
-    return blas, cv2.getNumThreads()
+    return {pool["num_threads"] for pool in pools if pool["user_api"] == "blas"}
 
 
-def test_libraries_really_run_on_one_thread_until_the_last_has_left():
+@pytest.mark.parametrize(
+    ("library", "threads", "one"),
+    [(one_blas_thread, blas_threads, {1}), (one_opencv_thread, cv2.getNumThreads, 1)],
+)
+def test_libraries_really_run_on_one_thread_until_the_last_has_left(library, threads, one):
     with threadpoolctl.threadpool_limits(2, user_api="blas"):
-        one_blas_thread.hold()()  # loads the BLAS of SciPy, which comes with threads of its own
+        library.hold()()  # loads the BLAS of SciPy, which comes with threads of its own
         before = threads()
-        first, second = one_blas_thread.hold(), one_blas_thread.hold()
+        first, second = library.hold(), library.hold()
         first()
-        assert threads() == ({1}, 1)
+        assert threads() == one
         second()
         assert threads() == before
 
