@@ -49,8 +49,9 @@ def caller(tmp_path):
         imports = "import numpy as np\nfrom stereotrack_core.compiled import compiled\n"
         (tmp_path / name).write_text(imports + text, "utf-8")
     root = Path(stereotrack_core.__file__).parents[1]
-    cache = tmp_path / "cache"
-    return lambda: _run("import caller", tmp_path, root, NUMBA_CACHE_DIR=str(cache))
+    # Python's own cache takes a file of the same size and second for unchanged.
+    variables = {"NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONDONTWRITEBYTECODE": "1"}
+    return lambda: _run("import caller", tmp_path, root, **variables)
 
 
 def test_constants_and_functions_that_callees_call_count_as_well(caller, tmp_path):
