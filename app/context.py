@@ -12,7 +12,6 @@ from PySide6.QtWidgets import QMainWindow
 from .services.actions import ActionRegistry
 from .services.docks import Docks
 from .services.failures import Notifier, Post
-from .session.base import Services
 from .session.changes import Changes, Part
 from .session.jobs import Processes, TaskList
 from .session.messages import Loop
@@ -72,8 +71,7 @@ def make_context(
         return docks.scene.is_seen() and docks.scene.layer_visible("cloud")
 
     view_state = ViewState(changes.tell, scene_shows_points)
-    services = Services(changes, notifier.show, tasks, view_state, settings, processes)
-    session = Session(services)
+    session = Session(changes, notifier.show, tasks, view_state, settings, processes)
     views = CameraGrid(redraw, view_state.choose_kind, view_state.highlight)
     scene = SceneView(view_state.highlight, redraw)
     docks = Docks(window, settings, notifier, views, scene, view_state.show_workspace)

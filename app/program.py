@@ -25,7 +25,7 @@ from .features.track import controller as track_feature
 from .features.tune import controller as tune_feature
 from .features.view import feature as view_feature
 from .features.view.controller import ViewController
-from .services.failures import FailureRelay, leave_out_noise
+from .services.failures import FailureRelay
 from .session.changes import Part
 from .session.jobs import Processes
 from .session.messages import open_log
@@ -93,7 +93,6 @@ class WindowProgram:
         self.app.setApplicationName("stereotrack")
         self.app.setApplicationDisplayName("stereotrack")
         open_log()
-        leave_out_noise()
         sys.setswitchinterval(_SWITCH_S)
         self._garbage = GarbageTimer(self.app)
         settings = user_settings()
@@ -145,7 +144,12 @@ class WindowProgram:
             self.context.session.document.go_to(self._demo_frame)
             settled = self._wait_until_settled() and settled
         window.statusBar().clearMessage()
-        saved = self._write_picture(path, say)
+        saved = True
+        try:
+            write_picture(path, window.grab())
+        except InputError as error:
+            saved = False
+            say(f"stereotrack: {error}")
         if not settled:
             say("Not everything was ready in time. The screenshot may be incomplete.")
         message = window.messages.message
@@ -157,14 +161,6 @@ class WindowProgram:
         wait_for_threads(_LAST_THREADS_S)
         self._relay.remove()
         return saved and settled and not failed
-
-    def _write_picture(self, path: Path, say: Callable[[str], None]) -> bool:
-        try:
-            write_picture(path, self.window.grab())
-        except InputError as error:
-            say(f"stereotrack: {error}")
-            return False
-        return True
 
     def _wait_until_settled(self) -> bool:
         """Let events happen until nothing is under way for a few looks."""

@@ -20,14 +20,14 @@ from PySide6.QtWidgets import QApplication
 
 from app.context import GarbageTimer
 from app.program import make_window
-from app.services.failures import leave_out_noise
+from app.start import prepare
 from app.widgets.style.theme import apply_theme
 from benchmarks.common import ended
 
 
 def frame_steps(recording: Path, frames: int, workspace: str) -> dict[str, float]:
     """Milliseconds of a step over frames that are in the cache, forth and back."""
-    leave_out_noise()
+    prepare(needs_screen=True)
     app = QApplication(["stereotrack"])
     with tempfile.TemporaryDirectory() as folder:
         settings = QSettings(str(Path(folder) / "window.ini"), QSettings.Format.IniFormat)

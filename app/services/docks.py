@@ -4,7 +4,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import chain
 
-from PySide6.QtCore import QByteArray, QObject, QSettings, QSignalBlocker, QSize, Qt, Signal
+from PySide6.QtCore import QByteArray, QEvent, QObject, QSettings, QSignalBlocker, Qt, Signal
 from PySide6.QtWidgets import QDockWidget, QMainWindow, QStackedWidget, QTabBar, QWidget
 
 from ..session.messages import Message, stored_text
@@ -288,11 +288,8 @@ class Docks(QObject):
 
     def show_named(self, name: str) -> None:
         """Show a workspace by its name; one that has nothing to show says why."""
-        space = self._workspaces.get(name.strip().lower())
-        if space is None:
-            remedy = f"Available: {', '.join(self._workspaces)}."
-            self._notifier.show(Message("error", f"there is no workspace {name!r}", remedy=remedy))
-        elif why_not := space.why_not():
+        space = self._workspaces[name.strip().lower()]
+        if why_not := space.why_not():
             what = f"The {space.title} workspace has nothing to show"
             self._notifier.show(Message("note", what, remedy=why_not))
         else:
@@ -345,12 +342,10 @@ class Docks(QObject):
     def leave_room(self) -> None:
         """Make panels smaller that leave too little of the window to the pictures."""
         window = self._host
-        width, height = window.width(), window.height()
-        middle, area = window.centralWidget(), Qt.DockWidgetArea
-        pictures = middle.size() if middle is not None else QSize()
+        width, height, pictures = window.width(), window.height(), self.middle.size()
         there = [dock for dock in self._docks.values() if is_in_front(dock)]
         there = [dock for dock in there if not dock.isHidden() and not dock.isFloating()]
-        sides = area.LeftDockWidgetArea | area.RightDockWidgetArea
+        sides = Qt.DockWidgetArea.LeftDockWidgetArea | Qt.DockWidgetArea.RightDockWidgetArea
         beside = [dock for dock in there if window.dockWidgetArea(dock) & sides]
         too_wide = (width - pictures.width()) / ((1.0 - LEAST_WIDTH) * width)
         too_high = (height - pictures.height()) / ((1.0 - LEAST_HEIGHT) * height)
@@ -361,6 +356,10 @@ class Docks(QObject):
             _resize(window, {dock: dock.height() / too_high for dock in below}, _DOWN)
         for tabs in window.findChildren(QTabBar, options=Qt.FindChildOption.FindDirectChildrenOnly):
             tabs.setVisible(tabs.count() > 0)  # Qt leaves some hidden that it uses again
+            tabs.installEventFilter(self)
+
+    def eventFilter(self, _tabs: QObject, event: QEvent) -> bool:
+        return event.type() == QEvent.Type.Wheel  # it would bring another panel to the front
 
     def _keep(self) -> None:
         alone, self.is_alone = self.is_alone, False

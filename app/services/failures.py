@@ -6,37 +6,14 @@ from collections.abc import Callable
 from functools import partial
 from types import TracebackType
 
-from PySide6.QtCore import (
-    QCoreApplication,
-    QMessageLogContext,
-    QObject,
-    Qt,
-    QtMsgType,
-    Signal,
-    Slot,
-    qInstallMessageHandler,
-)
+from PySide6.QtCore import QCoreApplication, QObject, Qt, Signal, Slot
 from PySide6.QtWidgets import QStatusBar
 
-from stereotrack_core.errors import InputError, visible
+from stereotrack_core.errors import InputError
 from stereotrack_core.project.exporting import Exported
 
 from ..session.messages import Message, Tell, message_of
 from ..widgets.forms.message import MessageBar
-
-
-def leave_out_noise() -> None:
-    """Keep from the terminal what Qt's platform without a screen says about every window."""
-
-    def handle(kind: QtMsgType, context: QMessageLogContext, words: str) -> None:
-        if "does not support propagateSizeHints" in words:
-            return
-        if before is not None:
-            before(kind, context, words)
-        else:
-            sys.stderr.write(f"{visible(words)}\n")
-
-    before = qInstallMessageHandler(handle)
 
 
 class Post(QObject):

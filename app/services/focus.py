@@ -1,21 +1,10 @@
-"""Where keys and the wheel go: Tab walks through controls, F6 through panels, the wheel scrolls."""
+"""Where keys go: Tab walks through controls, F6 through panels."""
 
 from collections.abc import Mapping
 
-from PySide6.QtCore import QEvent, QObject, Qt, QTimer, Slot
-from PySide6.QtGui import QGuiApplication, QKeyEvent, QWheelEvent
-from PySide6.QtWidgets import (
-    QAbstractButton,
-    QAbstractSlider,
-    QAbstractSpinBox,
-    QApplication,
-    QComboBox,
-    QDockWidget,
-    QMainWindow,
-    QScrollBar,
-    QTabBar,
-    QWidget,
-)
+from PySide6.QtCore import QEvent, QObject, Qt
+from PySide6.QtGui import QKeyEvent
+from PySide6.QtWidgets import QAbstractButton, QDockWidget, QMainWindow, QWidget
 
 from ..widgets.camera.camera_grid import CameraGrid
 
@@ -106,49 +95,3 @@ class FocusWalk(QObject):
 
 def _holds(place: QWidget, widget: QWidget | None) -> bool:
     return widget is not None and (place is widget or place.isAncestorOf(widget))
-
-
-_FIELDS = (QAbstractSpinBox, QComboBox, QAbstractSlider, QTabBar)
-
-
-class WheelGuard(QObject):
-    """Lets the wheel scroll what a field stands in, and never change the field or give it focus.
-
-    It filters what the window system tells each window, dialogs and floating panels included. A
-    filter of the whole application would see every event of every widget: an eighth of the time
-    that another workspace takes.
-    """
-
-    def __init__(self, parent: QObject) -> None:
-        super().__init__(parent)
-        app = QGuiApplication.instance()
-        if isinstance(app, QGuiApplication):
-            app.focusWindowChanged.connect(self._guard)
-        QTimer.singleShot(0, self, self._guard)
-
-    @Slot()
-    def _guard(self) -> None:
-        for window in QGuiApplication.topLevelWindows():
-            window.installEventFilter(self)
-
-    def eventFilter(self, window: QObject, event: QEvent) -> bool:
-        if event.type() != QEvent.Type.Wheel or not isinstance(event, QWheelEvent):
-            return False
-        here = (one for one in QApplication.topLevelWidgets() if one.windowHandle() == window)
-        under = next((one.childAt(event.position().toPoint()) for one in here), None)
-        above = []
-        while under is not None:
-            above.append(under)
-            under = None if under.isWindow() else under.parentWidget()
-        fields = [isinstance(one, _FIELDS) and not isinstance(one, QScrollBar) for one in above]
-        if not any(fields):
-            return False
-        for one in above[fields.index(True) + 1 :]:  # Qt hands on only what the system tells
-            turned = QWheelEvent(
-                one.mapFromGlobal(event.globalPosition()), event.globalPosition(),
-                event.pixelDelta(), event.angleDelta(), event.buttons(), event.modifiers(),
-                event.phase(), event.inverted(),
-            )  # fmt: skip
-            if QApplication.sendEvent(one, turned) and turned.isAccepted():
-                break
-        return True

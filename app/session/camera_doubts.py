@@ -1,7 +1,5 @@
 """Whether a camera contradicts the others, by all that is clicked; worked out beside the window."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from functools import partial
 
@@ -27,18 +25,12 @@ class CameraDoubts:
         self._changes, self._document = base.changes, base.document
         self._project = project
         self.now: Disagreement | None = None  # the camera that contradicts the others
-        take = lambda _question, found: self._take(found)  # noqa: E731
-        self._worker = LatestOnly(
-            base.tasks, lambda compare: compare(), "compare the cameras", take
-        )
+        compare = "compare the cameras"
+        self._worker = LatestOnly(base.tasks, lambda ask: ask(), compare, self._take)
         self._pause = base.later(self._ask, _PAUSE_MS)
 
     def settled(self) -> bool:
         return self._worker.settled() and not self._pause.isActive()
-
-    def close(self) -> None:
-        self._pause.stop()
-        self._worker.close()
 
     def doubtful(self) -> tuple[str, ...]:
         return () if self.now is None else self.now.doubtful
@@ -56,11 +48,11 @@ class CameraDoubts:
     def _ask(self) -> None:
         recording, project = self._document.recording, self._project.project
         if recording is None or recording.guessed or project is None:
-            self._take(None)
+            self._take(None, None)
         else:
             self._worker.ask(partial(_compared, project, recording.cameras))
 
-    def _take(self, found: Disagreement | None) -> None:
+    def _take(self, _question: object, found: Disagreement | None) -> None:
         if found != self.now:
             self.now = found
             self._changes.tell(Part.DOUBTS)
@@ -73,8 +65,9 @@ class CameraDoubts:
 
     def forget(self) -> None:
         """Know nothing any more: the project is about to be closed."""
-        self.close()
-        self._take(None)
+        self._pause.stop()
+        self._worker.close()
+        self._take(None, None)
 
 
 def _compared(project: Project, cameras: Mapping[str, Camera]) -> Disagreement | None:

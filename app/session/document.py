@@ -82,30 +82,10 @@ def _looked_at(recording: Recording) -> tuple[Finding, ...]:
         return (*found, Finding.of(error))
 
 
-def read_folder(folder: Path) -> FrameReader:
-    """Open a recording folder and decode its first frame set.
-
-    Raises InputError if something about the folder makes it unusable.
-    """
-    reader = FrameReader(open_recording(folder), cache_bytes=_CACHE)
-    try:
-        if reader.frame_count_so_far()[0] > 0:
-            reader.frame_set(0)
-    except InputError:
-        reader.close()
-        raise
-    return reader
-
-
 class DocumentPresenter:
     """Opens recordings, steps and plays; pictures are read off the window's thread."""
 
-    def __init__(
-        self,
-        changes: Changes,
-        tasks: TaskList,
-        tell: Tell,
-    ) -> None:
+    def __init__(self, changes: Changes, tasks: TaskList, tell: Tell) -> None:
         self._changes, self._tasks, self._tell = changes, tasks, tell
         self.on_opened: Callable[[], object] = lambda: None
         self.on_closed: Callable[[], object] = lambda: None
@@ -143,11 +123,16 @@ class DocumentPresenter:
         self._start_frame = frame
 
         def read(task: Task) -> FrameReader:
-            reader = read_folder(folder)
-            self._tasks.finish_writes()  # what is open is closed once all of it is written
-            if task.token.cancelled():
+            reader = FrameReader(open_recording(folder), cache_bytes=_CACHE)
+            try:
+                if reader.frame_count_so_far()[0] > 0:
+                    reader.frame_set(0)
+                self._tasks.finish_writes()  # what is open is closed once all of it is written
+                if task.token.cancelled():
+                    raise Cancelled
+            except (InputError, Cancelled):
                 reader.close()
-                raise Cancelled
+                raise
             return reader
 
         title = f"opening {folder.name}"
@@ -192,9 +177,6 @@ class DocumentPresenter:
         self._play_timer.start(self._play_ms)
         self.playing = True
         self._changes.tell(Part.PLAYING)
-
-    def set_loop(self, frames: range | None) -> None:
-        self.loop = frames if frames else None
 
     def pause(self) -> None:
         if self.playing:

@@ -1,7 +1,5 @@
 """The failures of the active run: found when a fact changes, listed, chosen and looped."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -194,7 +192,7 @@ class FailurePresenter:
         """Play the chosen failure, or the one at the playhead, again and again; or stop that."""
         document = self._document
         if self.looping:
-            document.set_loop(None)
+            document.loop = None
             document.pause()
             return
         self.choose(self.at_hand())
@@ -202,7 +200,7 @@ class FailurePresenter:
             words = "Select a failure, or go to a frame inside one."
             self._base.changes.tell(Part.SAID, words)
             return
-        document.set_loop(self.stretch_of(self.chosen))
+        document.loop = self.stretch_of(self.chosen)
         document.play()
 
     def at_hand(self) -> FailureSegment | None:
@@ -293,5 +291,5 @@ class FailurePresenter:
 
     def _tell(self) -> None:
         if self.looping and (stretch := self.stretch_of(self.chosen)):
-            self._document.set_loop(stretch)
+            self._document.loop = stretch
         self._base.changes.tell(Part.FAILURES)

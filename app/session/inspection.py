@@ -1,7 +1,5 @@
 """The steps of the tracker in the frame that is shown: computed in a process, gone through."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
@@ -11,12 +9,10 @@ import numpy as np
 
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.body.model import body_of_subject
-from stereotrack_core.errors import InputError
 from stereotrack_core.tracking.estimate import Estimate
 from stereotrack_core.tracking.inspection import RecordedStep
 from stereotrack_core.tracking.model import TrackModel, cameras_of, model_for
 from stereotrack_core.tracking.parameters import Settings
-from stereotrack_core.tracking.repeating import stored_spec
 from stereotrack_core.tracking.trace import Correction, StepTrace, movement
 from stereotrack_core.tracking.tuning.process import KeptRecording, RecordStep
 from stereotrack_core.worker_processes import TaskProcess
@@ -24,6 +20,7 @@ from stereotrack_core.worker_processes import TaskProcess
 from .base import Base
 from .changes import Part
 from .jobs import NewestAnswer
+from .messages import Message
 from .runs import RunEntry
 from .tracking import TrackPresenter
 
@@ -198,12 +195,6 @@ def name_of(step: Step, trace: StepTrace) -> str:
     return f"{_heading_of(trace.corrections[step.correction])}: {step.title}"
 
 
-def same_step(steps: tuple[Step, ...], like: Step) -> int:
-    """Index of the step of another frame that corresponds to this one, or the nearest."""
-    alike = ((one.kind, one.correction) == (like.kind, like.correction) for one in steps)
-    return next((index for index, same in enumerate(alike) if same), len(steps) - 1)
-
-
 _SMOOTHED = " The run was smoothed, so its poses also depend on later frames."
 _LOOKED_AGAIN = " A second look changed the frame; its arms then come from other random numbers."
 _SAME_METRES, _SAME_RADIANS = 1e-4, np.radians(0.01)
@@ -285,13 +276,6 @@ def _maker(
     return partial(model_for, body, settings, cameras, recording.fps, seed, clouds=clouds)
 
 
-def _settings_of(entry: RunEntry) -> Settings:
-    """Settings of a run. Raises InputError where a stored run does not say how it was made."""
-    if entry.settings is not None or entry.stored is None:
-        return entry.settings or Settings()
-    return stored_spec(entry.stored).spec.settings
-
-
 def _compared(trace: StepTrace, found: Estimate | None) -> str:
     if found is None or not (found.tracked and trace.estimate.tracked):
         return ""
@@ -333,8 +317,11 @@ class InspectionPresenter:
     @property
     def index(self) -> int:
         """Number of the stage that is shown: in another frame the one that corresponds to it."""
-        known, chosen = self.known, self._chosen
-        return 0 if known is None or chosen is None else same_step(known.steps, chosen)
+        if self.known is None or self._chosen is None:
+            return 0
+        wanted = self._chosen.kind, self._chosen.correction
+        stages = [(one.kind, one.correction) for one in self.known.steps]
+        return stages.index(wanted) if wanted in stages else len(stages) - 1
 
     @property
     def step(self) -> Step | None:
@@ -403,11 +390,11 @@ class InspectionPresenter:
                 self._ask_nothing()  # the tracker needs the time
             return
         frame, entry, asked = self._document.frame, self._base.runs.active, self._asked
-        try:
-            settings = self._track.settings if entry is None else _settings_of(entry)
-        except InputError as error:
+        settings = self._track.settings if entry is None else entry.made_with()
+        if settings is None:
             self.leave()
-            self._base.tasks.failed(error)
+            what, name = "the run does not state its settings", entry.name if entry else ""
+            self._base.tell(Message("error", what, name, "Run the tracker first."))
             return
         known = None if asked is None else (asked.frame, asked.source, asked.settings)
         if known != (frame, entry, settings):

@@ -1,7 +1,5 @@
 """What is known about the frame that is shown, brought together when something has changed."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections import OrderedDict
 from collections.abc import Callable

@@ -72,8 +72,7 @@ class Task:
         self.quiet, self.promised, self.writes = quiet, promised, False
         self.token = CancelToken()
         self.work = Work(self.report, self.token.cancelled)
-        self.over = False
-        """Whether it has ended, or nobody waits for it any more."""
+        self.over = False  # whether it has ended, or nobody waits for it any more
         self.share, self.words = 0.0, ""
         """Progress, 0 to 1 and 0 if unknown, and what is being done."""
         self._lock = threading.Lock()
@@ -406,8 +405,7 @@ class NewestAnswer(Generic[A]):
         self._question, self._changed, self._tell = question, changed, tasks.failed
         self._asked: Any = None
         self._answered: Any = None
-        self.known: A | None = None
-        """The newest answer, be it about the frame before."""
+        self.known: A | None = None  # the newest answer, be it about the frame before
         answers = self._on_answered, self._on_failed
         self._worker = LatestOnly(tasks, answer, name, *answers, late=True)
 

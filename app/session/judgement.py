@@ -1,7 +1,5 @@
 """How good each frame of a run is: against the reference where there is one, else by itself."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, partial
@@ -65,8 +63,6 @@ def with_quality(error: str, good: float | None, digits: int = 1) -> str:
     return f"{error}, reference uncertainty {good:.{digits}f}"
 
 
-Measure: TypeAlias = Literal["error", "sigma"]
-
 LOST_DEG = 45.0  # a limb whose direction is farther off is lost
 UNCERTAIN_DEG = 22.5
 """A limb's direction with a larger standard deviation is called uncertain: two of them reach 45
@@ -86,7 +82,9 @@ MEASURED_LIMBS = tuple(limb for limb in LIMBS if limb != "head")
 class Judgement:
     """A run frame by frame; F frames of the run."""
 
-    measure: Measure  # angle against the reference, or the tracker's own standard deviation
+    measure: Literal[
+        "error", "sigma"
+    ]  # angle against the reference, or the tracker's own standard deviation
     frame: IntArray
     limbs: dict[str, FloatArray]  # degrees (F,) by limb; NaN where not known
     tracked: BoolArray

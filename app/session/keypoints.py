@@ -1,7 +1,5 @@
 """Keypoints that 2-D detectors have predicted, as the open project keeps them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from functools import partial
 

@@ -17,7 +17,7 @@ from stereotrack_core.recording.description import Subject
 
 from .base import Base
 from .changes import Part
-from .jobs import Job, NewestJob
+from .jobs import Job, NewestJob, Task
 from .messages import Message, message_of, stored_text
 
 _ANNOTATOR = "annotator"
@@ -93,25 +93,18 @@ class ProjectPresenter:
     def open_file(self, path: Path, frame: int = 0, *, take_over: bool = False) -> None:
         """Open a project file and its recording; in the background."""
         self._give_up_waiting()
-        self._frame = frame
-        if self.path is not None and self.path == path.resolve():  # its lock is our own
-            self._tasks.after_writes(partial(self._open_file, path, take_over, again=True))
-        else:
-            self._open_file(path, take_over)
+        self._frame, who, title = frame, self.annotator, f"opening {path.name}"
 
-    def _open_file(self, path: Path, take_over: bool, *, again: bool = False) -> None:
-        who = self.annotator
-        if again:
-            self.close()
-        self._of_file.run(
-            Job(
-                f"opening {path.name}",
-                lambda _task: open_project(path, who, take_over=take_over),
-                self._on_file_opened,
-                self._on_failed,
-                discard=OpenedProject.close,
-            )
-        )
+        def read(_task: Task) -> OpenedProject:
+            return open_project(path, who, take_over=take_over)
+
+        def begin() -> None:
+            if self.path == path.resolve():  # its lock is our own
+                self.close()
+            taken, close = (self._on_file_opened, self._on_failed), OpenedProject.close
+            self._of_file.run(Job(title, read, *taken, discard=close))
+
+        self._tasks.after_writes(begin)
 
     def use_recording(self, folder: Path, *, even_another: bool = False) -> None:
         """Say where the recording of the project that was opened last is.
@@ -182,14 +175,9 @@ class ProjectPresenter:
                 return
             waiting.close()
         find = partial(project_of_recording, folder, self.annotator, self.home, makes=self.makes)
+        title, taken = f"opening the project of {folder.name}", (self._take, self._on_failed)
         self._of_recording.run(
-            Job(
-                f"opening the project of {folder.name}",
-                lambda _task: find(),
-                self._take,
-                self._on_failed,
-                discard=lambda opened: opened and opened.close(),
-            )
+            Job(title, lambda _task: find(), *taken, discard=lambda one: one and one.close())
         )
 
     def _take(self, opened: OpenedProject | None) -> None:
@@ -278,7 +266,10 @@ def open_project(path: Path, who: str, *, take_over: bool = False) -> OpenedProj
     except ProjectDamaged:
         raise
     except InputError as error:
-        project = _opened_for_reading(path, error)
+        try:
+            project = Project.open(path, read_only=True)
+        except InputError:  # the first complaint says more
+            raise error from None
         in_use = isinstance(error, ProjectInUse)
         messages = (Message("warning", error.what, error.where, _READING.format(error.remedy)),)
     try:
@@ -294,11 +285,3 @@ def open_project(path: Path, who: str, *, take_over: bool = False) -> OpenedProj
 def message_of_finding(finding: Finding) -> Message:
     """A finding as the message bar shows it."""
     return Message(finding.severity, finding.what, finding.where, finding.remedy)
-
-
-def _opened_for_reading(path: Path, error: InputError) -> Project:
-    """Open for reading what cannot be written; the first complaint stays where that fails too."""
-    try:
-        return Project.open(path, read_only=True)
-    except InputError:
-        raise error from None

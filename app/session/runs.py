@@ -18,6 +18,7 @@ from stereotrack_core.errors import InputError
 from stereotrack_core.experiments import run_process
 from stereotrack_core.project.runs import RunFacts
 from stereotrack_core.recording.landmarks import LandmarkTrajectory
+from stereotrack_core.tracking import run_checks
 from stereotrack_core.tracking.detecting import detects_first
 from stereotrack_core.tracking.estimate import Estimate
 from stereotrack_core.tracking.frame import (
@@ -31,13 +32,6 @@ from stereotrack_core.tracking.frame import (
 )
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.repeating import stored_spec
-from stereotrack_core.tracking.run_checks import (
-    HEADING,
-    WARNINGS,
-    HeadingWords,
-    heading_words,
-    run_warnings,
-)
 from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.stored import body_of_run, pose_of_run
 from stereotrack_core.tracking.tuning.trial import Trial
@@ -98,9 +92,9 @@ class RunEntry:
         return {} if told is None else told.meta
 
     @property
-    def heading(self) -> HeadingWords | None:
+    def heading(self) -> run_checks.HeadingWords | None:
         """What is to be said of the way that the person faces."""
-        return heading_words(self.meta.get(HEADING))
+        return run_checks.heading_words(self.meta.get(run_checks.HEADING))
 
     @property
     def looked_again(self) -> list[tuple[int, int]]:
@@ -129,7 +123,7 @@ class RunEntry:
         if self.origin is None:
             return None
         run = run_of(list(self.ordered()), self.origin)
-        more = {"wall_seconds": self.wall_seconds, WARNINGS: list(self.warnings)}
+        more = {"wall_seconds": self.wall_seconds, run_checks.WARNINGS: list(self.warnings)}
         return replace(run, meta={**run.meta, **more})
 
     def spec(self) -> RunSpec | None:
@@ -357,7 +351,9 @@ class LiveRun:
     def end(self) -> None:
         """Nothing more comes of it."""
         frames = list(self.entry.ordered())
-        self.entry.warnings = run_warnings(frames, self.entry.body, self.recording, self._spec)
+        self.entry.warnings = run_checks.run_warnings(
+            frames, self.entry.body, self.recording, self._spec
+        )
 
     @property
     def preparing_share(self) -> float:

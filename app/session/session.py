@@ -25,7 +25,7 @@ from stereotrack_core.tracking.frame import TrackedFrame
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.tuning.process import forget
 
-from .base import Base, Services
+from .base import Base
 from .camera_doubts import CameraDoubts
 from .changes import PROJECT, Part
 from .failures import FailurePresenter
@@ -106,9 +106,8 @@ class Snapshot:
 class Session(Base):
     """The open recording with its project, its runs and what follows from them."""
 
-    def __init__(self, services: Services) -> None:
-        super().__init__(services)
-        self._own_processes = services.processes is None
+    def __post_init__(self) -> None:
+        super().__post_init__()
         self._finding = NewestJob(self.tasks)
         self._ended = False
         self.said: Message | None = None  # once the recording is open
@@ -119,8 +118,7 @@ class Session(Base):
         self.clouds = CloudPresenter(self.changes.tell, self.tasks, lambda: self.track.settings)
         self.track = TrackPresenter(self, self.project, self.keypoints)
         self.judging = JudgementPresenter(self)
-        self.cameras = CameraDoubts(self, self.project)
-        """Whether a camera contradicts the others."""
+        self.cameras = CameraDoubts(self, self.project)  # whether one contradicts the others
         self.instant = InstantPresenter(self, self.keypoints, self.clouds, self.track)
         self._follow()
         self.trials = TrialPresenter(self, self.track, self.judging, self.instant, self.not_tried)
@@ -214,16 +212,12 @@ class Session(Base):
         self.document.pause()
         self.track.stop(at_once=True)
         self.changes.tell(Part.LEAVING)
-        if self._own_processes:
+        if self.given is None:
             self.processes.close()
         self.tasks.shutdown()
         self.document.close()
         self.changes.tell(Part.WINDOW_CLOSING)
-        self.cameras.close()
-        self.judging.close()
-        self.project.close()
         self.project.give_up()
-        self.clouds.set_recording(None)
 
     # ---- opening
 

@@ -1,7 +1,5 @@
 """The study that is open: its edits are saved at once, its work is one task."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial

@@ -293,11 +293,8 @@ class TrackPresenter:
     def stop(self, *, at_once: bool = False) -> None:
         """End the run in progress; it keeps what it has, and gets the frame in work.
 
-        Parameters
-        ----------
-        at_once : bool
-            Whether the frame in work is given up and the run's journal let go before this
-            returns, also of runs that were stopped before.
+        With `at_once` that frame is given up, and journals are let go before this returns, also
+        those of runs that were stopped before.
         """
         live = self.live
         if live is not None:
@@ -328,26 +325,22 @@ class TrackPresenter:
     def _on_told(self, live: LiveRun, words: list[Any]) -> None:
         for word in words:
             live.hear(word)
-            self._follow(live, word)
-
-    def _follow(self, live: LiveRun, word: Any) -> None:
-        match word:
-            case run_process.Tracked():
-                if not self._timer.isActive():
-                    waited = int(1000.0 * (time.monotonic() - self._collected))
-                    self._timer.start(max(0, UPDATE_MS - waited))
-            case run_process.Held():
-                self._collect()
-                if word.cloud is not None and live is self.live:
-                    self._changes.tell(Part.RESTED, word.cloud)
-                self._changes.tell(Part.TRACKING)
-            case run_process.Preparing() | run_process.Prepared() if live is self.live:
-                self._changes.tell(Part.TRACKING)
-                seen = (
-                    word.origin.spec.keypoints if isinstance(word, run_process.Prepared) else None
-                )
-                if live.detects and seen is not None:
-                    self.keypoints.remember(live.entry.wanted, seen)
+            match word:
+                case run_process.Tracked():
+                    if not self._timer.isActive():
+                        waited = int(1000.0 * (time.monotonic() - self._collected))
+                        self._timer.start(max(0, UPDATE_MS - waited))
+                case run_process.Held():
+                    self._collect()
+                    if word.cloud is not None and live is self.live:
+                        self._changes.tell(Part.RESTED, word.cloud)
+                    self._changes.tell(Part.TRACKING)
+                case run_process.Preparing() if live is self.live:
+                    self._changes.tell(Part.TRACKING)
+                case run_process.Prepared() if live is self.live:
+                    self._changes.tell(Part.TRACKING)
+                    if live.detects and (seen := word.origin.spec.keypoints) is not None:
+                        self.keypoints.remember(live.entry.wanted, seen)
 
     def _collect(self) -> None:
         """Take what has come, and show the newest frame of the run in progress."""

@@ -1,7 +1,5 @@
 """What-if: a change of a parameter tracks a stretch again, in a process, beside the run."""
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -17,13 +15,8 @@ from stereotrack_core.counting import counted
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.run_spec import RunSpec
 from stereotrack_core.tracking.stored import began_of, shape_of_meta
+from stereotrack_core.tracking.tuning import stages
 from stereotrack_core.tracking.tuning.process import MakeClouds, TrackTrial, TrialBegun, TrialFrame
-from stereotrack_core.tracking.tuning.stages import (
-    Stage,
-    changed_names,
-    changes_in_words,
-    stage_key,
-)
 from stereotrack_core.tracking.tuning.trial import Trial, TrialStart, start_before
 
 from .base import Base
@@ -269,8 +262,8 @@ class TrialPresenter:
         base, as_run = self.base(), self._track.name_of(trial.settings)
         own = None if base is None else base.made_with()
         last = next((one.settings for one in reversed(self.entries) if one.settings), None)
-        newest = changed_names(last or self._track.base, trial.settings)
-        changes = "" if own is None else changes_in_words(own, trial.settings, newest)
+        newest = stages.changed_names(last or self._track.base, trial.settings)
+        changes = "" if own is None else stages.changes_in_words(own, trial.settings, newest)
         runs, recording = self._runs, self._base.document.recording
         name = runs.next_name(as_run) if base is None else runs.free_name(changes or as_run)
         subject = recording.subject if recording is not None else None
@@ -327,14 +320,13 @@ class TrialPresenter:
         if self.loops:
             around, wanted = max(round(_LOOP_SECONDS * recording.fps), 1), entry.wanted
             first, end = max(worst - around, wanted.start), min(worst + around + 1, wanted.stop)
-            self._loop = range(first, end)
-            document.set_loop(self._loop)
+            document.loop = self._loop = range(first, end)
             document.play()
 
     def _end_loop(self) -> None:
         document = self._base.document
         if self._loop is not None and document.loop == self._loop:
-            document.set_loop(None)
+            document.loop = None
             document.pause()
         self._loop = None
 
@@ -380,8 +372,8 @@ def _starts_alike(trial: Trial, other: Trial) -> bool:
 
 def _body_of(run: RunEntry, settings: Settings) -> tuple[BodyShape | None, Proportions | None]:
     """Shape and lengths that a run found, if these settings would find them again."""
-    own = run.made_with()
-    if own is None or stage_key(own, Stage.SHAPE) != stage_key(settings, Stage.SHAPE):
+    own, shape = run.made_with(), stages.Stage.SHAPE
+    if own is None or stages.stage_key(own, shape) != stages.stage_key(settings, shape):
         return None, None
     return shape_of_meta(run.meta) if run.meta else None, run.body.skeleton.proportions
 

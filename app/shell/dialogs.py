@@ -4,16 +4,9 @@ from dataclasses import replace
 from html import escape
 from pathlib import Path
 
+from PySide6 import QtWidgets
 from PySide6.QtCore import QBuffer, QEvent, QIODevice, QObject, Qt, QTimer
 from PySide6.QtGui import QKeyEvent, QKeySequence, QPixmap
-from PySide6.QtWidgets import (
-    QDialog,
-    QDialogButtonBox,
-    QKeySequenceEdit,
-    QMainWindow,
-    QMessageBox,
-    QWidget,
-)
 
 from stereotrack_core import __version__
 from stereotrack_core.atomic import write_file
@@ -29,8 +22,8 @@ from ..widgets.tables.table import STRETCH, Cell, CellRow, CellTable, Column, sw
 _MOVES = {Qt.Key.Key_Down: 1, Qt.Key.Key_Up: -1, Qt.Key.Key_PageDown: 10, Qt.Key.Key_PageUp: -10}
 
 
-class _CommandList(QDialog):
-    def __init__(self, title: str, book: ActionRegistry, parent: QWidget | None) -> None:
+class _CommandList(QtWidgets.QDialog):
+    def __init__(self, title: str, book: ActionRegistry, parent: QtWidgets.QWidget | None) -> None:
         super().__init__(parent)
         self._book = book
         self.setWindowTitle(title)
@@ -66,7 +59,7 @@ class _CommandList(QDialog):
 class CommandPalette(_CommandList):
     """Type some letters of a command, choose it, and it is done."""
 
-    def __init__(self, book: ActionRegistry, parent: QWidget | None = None) -> None:
+    def __init__(self, book: ActionRegistry, parent: QtWidgets.QWidget | None = None) -> None:
         super().__init__("Command palette", book, parent)
         book.refresh()
         self.search.setClearButtonEnabled(True)
@@ -146,16 +139,16 @@ def match_rank(text: str, command: Command) -> int | None:
 class ShortcutEditor(_CommandList):
     """Choose a command, press its new keys; a sequence that is taken is said, not stolen."""
 
-    def __init__(self, book: ActionRegistry, parent: QWidget | None = None) -> None:
+    def __init__(self, book: ActionRegistry, parent: QtWidgets.QWidget | None = None) -> None:
         super().__init__("Shortcuts", book, parent)
-        self.keys = QKeySequenceEdit()
+        self.keys = QtWidgets.QKeySequenceEdit()
         self.keys.setMaximumSequenceLength(1)
         self.keys.setAccessibleName("New shortcut")
         self.set_button = push_button("Set", lambda: self._set(self.keys.keySequence().toString()))
         default = push_button("Default", lambda: self._set(None))
         none = push_button("None", lambda: self._set(""))
         self.note = label(" ")
-        box = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
+        box = QtWidgets.QDialogButtonBox(QtWidgets.QDialogButtonBox.StandardButton.Close)
         box.rejected.connect(self.reject)
         heading = label("New shortcut:", wraps=False)
         keys = hbox(heading, (self.keys, 1), self.set_button, default, none)
@@ -210,9 +203,9 @@ def write_picture(path: Path, picture: QPixmap) -> None:
     write_file(path, bytes(buffer.data().data()))
 
 
-def show_about(window: QMainWindow) -> None:
+def show_about(window: QtWidgets.QMainWindow) -> None:
     """Say which version this is, and where errors are logged."""
-    box = QMessageBox(window)
+    box = QtWidgets.QMessageBox(window)
     box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
     box.setWindowTitle("About stereotrack")
     box.setTextFormat(Qt.TextFormat.RichText)
@@ -224,7 +217,7 @@ def show_about(window: QMainWindow) -> None:
     box.open()
 
 
-def ask_for_picture(window: QMainWindow, notifier: Notifier) -> None:
+def ask_for_picture(window: QtWidgets.QMainWindow, notifier: Notifier) -> None:
     """Let the person choose where a picture of the window as it is now is kept."""
     picture = window.grab()
 

@@ -3,20 +3,8 @@
 import re
 from collections.abc import Iterator, Mapping
 
+from PySide6 import QtGui
 from PySide6.QtCore import QEvent, Qt, QUrl
-from PySide6.QtGui import (
-    QColor,
-    QCursor,
-    QImage,
-    QKeyEvent,
-    QTextBlock,
-    QTextCursor,
-    QTextDocument,
-    QTextFormat,
-    QTextFrameFormat,
-    QTextLength,
-    QTextTable,
-)
 from PySide6.QtWidgets import QApplication, QFrame, QMainWindow, QTextBrowser, QWidget
 
 from ..context import Context
@@ -62,7 +50,7 @@ class Page(QTextBrowser):
     def doSetSource(
         self,
         name: QUrl | str,
-        type: QTextDocument.ResourceType = QTextDocument.ResourceType.UnknownResource,  # noqa: A002
+        type: QtGui.QTextDocument.ResourceType = QtGui.QTextDocument.ResourceType.UnknownResource,  # noqa: A002
     ) -> None:
         super().doSetSource(name, type)
         self._dress()
@@ -72,7 +60,7 @@ class Page(QTextBrowser):
             top = self.document().documentLayout().blockBoundingRect(at).top()
             self.verticalScrollBar().setValue(round(top) - _ABOVE)
 
-    def _blocks(self) -> Iterator[QTextBlock]:
+    def _blocks(self) -> Iterator[QtGui.QTextBlock]:
         block = self.document().begin()
         while block.isValid():
             yield block
@@ -82,27 +70,28 @@ class Page(QTextBrowser):
         """Give tables lines and code a ground, which Markdown says nothing about."""
         theme = current_theme()
         for frame in self.document().rootFrame().childFrames():
-            if isinstance(frame, QTextTable):
+            if isinstance(frame, QtGui.QTextTable):
                 grid = frame.format()
                 grid.setBorder(1)
-                grid.setBorderBrush(QColor(theme.border))
-                grid.setBorderStyle(QTextFrameFormat.BorderStyle.BorderStyle_Solid)
+                grid.setBorderBrush(QtGui.QColor(theme.border))
+                grid.setBorderStyle(QtGui.QTextFrameFormat.BorderStyle.BorderStyle_Solid)
                 grid.setBorderCollapse(True)
                 grid.setCellPadding(4)
                 grid.setCellSpacing(0)
-                grid.setWidth(QTextLength(QTextLength.Type.PercentageLength, 100))
+                grid.setWidth(QtGui.QTextLength(QtGui.QTextLength.Type.PercentageLength, 100))
                 frame.setFormat(grid)
         for block in self._blocks():
             look = block.blockFormat()
-            if look.hasProperty(QTextFormat.Property.BlockCodeFence):
-                look.setBackground(QColor(theme.raised))
-                QTextCursor(block).setBlockFormat(look)
+            if look.hasProperty(QtGui.QTextFormat.Property.BlockCodeFence):
+                look.setBackground(QtGui.QColor(theme.raised))
+                QtGui.QTextCursor(block).setBlockFormat(look)
 
     def loadResource(self, kind: int, name: QUrl | str) -> object:
         """Pictures are as wide as the page at most."""
-        if kind != QTextDocument.ResourceType.ImageResource.value:
+        if kind != QtGui.QTextDocument.ResourceType.ImageResource.value:
             return super().loadResource(kind, name)
-        picture, ratio = QImage(str(self._folder / QUrl(name).fileName())), self.devicePixelRatioF()
+        picture = QtGui.QImage(str(self._folder / QUrl(name).fileName()))
+        ratio = self.devicePixelRatioF()
         room = self.viewport().width() - 2 * _MARGIN - 2
         if picture.width() > room > 0:
             smooth = Qt.TransformationMode.SmoothTransformation
@@ -140,7 +129,7 @@ class Help(QWidget):
 
     def show_for_panel(self) -> None:
         """Open the page of the panel under the cursor, or of the one with the focus."""
-        under = _page_of(QApplication.widgetAt(QCursor.pos()))
+        under = _page_of(QApplication.widgetAt(QtGui.QCursor.pos()))
         self.open(under or _page_of(self._window.focusWidget()) or CONTENTS)
 
     def open(self, address: str = CONTENTS) -> None:
@@ -159,7 +148,7 @@ class Help(QWidget):
         escape = takes_key(event, lambda key: key.key() == Qt.Key.Key_Escape)
         return escape or super().event(event)
 
-    def keyPressEvent(self, event: QKeyEvent) -> None:
+    def keyPressEvent(self, event: QtGui.QKeyEvent) -> None:
         if event.key() == Qt.Key.Key_Escape:
             self.close()
         else:

@@ -4,22 +4,12 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
+from PySide6 import QtWidgets
 from PySide6.QtCore import QMimeData, QSettings, QSize, Qt, QTimer
 from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QResizeEvent
-from PySide6.QtWidgets import (
-    QCheckBox,
-    QFrame,
-    QListWidget,
-    QListWidgetItem,
-    QMainWindow,
-    QMessageBox,
-    QPushButton,
-    QWidget,
-)
 
 from ..context import make_context
 from ..services.docks import stored_bytes
-from ..services.focus import WheelGuard
 from ..session.changes import PROJECT, Part
 from ..session.jobs import Processes
 from ..session.messages import Message
@@ -57,7 +47,7 @@ _WAYS = (
 )  # fmt: skip
 
 
-class WelcomePage(QWidget):
+class WelcomePage(QtWidgets.QWidget):
     """Ways to begin: a recording of one's own, the demo, or one of the last ones."""
 
     def __init__(self, do: Callable[[str], object], open_recent: Callable[[Path], object]) -> None:
@@ -65,8 +55,8 @@ class WelcomePage(QWidget):
         self.open_button, self.import_button, self.calibrate_button, self.demo_button = (
             _button(text, icon, tip, partial(do, name)) for name, text, icon, tip in _WAYS
         )
-        self.recent = named(QListWidget(), "Recent recordings")
-        self.recent.setFrameShape(QFrame.Shape.NoFrame)
+        self.recent = named(QtWidgets.QListWidget(), "Recent recordings")
+        self.recent.setFrameShape(QtWidgets.QFrame.Shape.NoFrame)
         self.recent.setAlternatingRowColors(False)
         self._none = label("No recent recordings.", "muted")
         self._lay_out()
@@ -76,7 +66,7 @@ class WelcomePage(QWidget):
     def set_recent(self, recents: Sequence[Path]) -> None:
         self.recent.clear()
         for folder in recents:
-            item = QListWidgetItem(f"{folder.name}    {folder.parent}")
+            item = QtWidgets.QListWidgetItem(f"{folder.name}    {folder.parent}")
             item.setData(Qt.ItemDataRole.UserRole, str(folder))
             item.setToolTip(str(folder))
             self.recent.addItem(item)
@@ -99,7 +89,7 @@ class WelcomePage(QWidget):
         self.setLayout(hbox(None, (column, 3), None))
 
 
-def _button(text: str, icon: str, tip: str, do: Callable[[], object]) -> QPushButton:
+def _button(text: str, icon: str, tip: str, do: Callable[[], object]) -> QtWidgets.QPushButton:
     button = push_button(text, do, tip)
     button.setMinimumHeight(36)
     button.setIcon(icon_named(icon))
@@ -116,7 +106,7 @@ _OF_COMMANDS = (
 """Parts that titles and availability of commands depend on."""
 
 
-class MainWindow(QMainWindow):
+class MainWindow(QtWidgets.QMainWindow):
     """Makes the services for the features, and draws what these have registered."""
 
     def __init__(self, settings: QSettings, processes: Processes | None = None) -> None:
@@ -124,7 +114,6 @@ class MainWindow(QMainWindow):
         self.messages = MessageBar()
         context = self.context = make_context(self, self.messages, settings, processes)
         session = context.session
-        WheelGuard(self)
         self.welcome = WelcomePage(
             lambda name: context.actions.action(name).trigger(), session.open
         )
@@ -159,7 +148,7 @@ class MainWindow(QMainWindow):
 
     def _lay_out(self) -> None:
         self.setAcceptDrops(True)
-        options = QMainWindow.DockOption
+        options = QtWidgets.QMainWindow.DockOption
         self.setDockOptions(
             options.AnimatedDocks | options.AllowTabbedDocks | options.AllowNestedDocks
         )
@@ -235,13 +224,15 @@ class MainWindow(QMainWindow):
             do()
             return
         trials, session = self.context.session.trials, self.context.session
-        box = QMessageBox(QMessageBox.Icon.Question, what, f"{what} now? This would be lost:")
+        box = QtWidgets.QMessageBox(
+            QtWidgets.QMessageBox.Icon.Question, what, f"{what} now? This would be lost:"
+        )
         box.setParent(self, Qt.WindowType.Dialog)
         box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         box.setInformativeText("\n".join(f"• {words}" for words in lost))
-        agrees = box.addButton(what, QMessageBox.ButtonRole.DestructiveRole)
-        box.setDefaultButton(box.addButton(QMessageBox.StandardButton.Cancel))
-        stores = QCheckBox("Store the trials as runs of the project")
+        agrees = box.addButton(what, QtWidgets.QMessageBox.ButtonRole.DestructiveRole)
+        box.setDefaultButton(box.addButton(QtWidgets.QMessageBox.StandardButton.Cancel))
+        stores = QtWidgets.QCheckBox("Store the trials as runs of the project")
         if trials.lost_words() and not session.no_edit():
             box.setCheckBox(stores)
 

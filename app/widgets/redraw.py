@@ -1,13 +1,9 @@
 """When pieces are drawn and calls are made, so that the window answers; who gets a key."""
 
 from collections.abc import Callable
-from typing import TypeAlias
 
 from PySide6.QtCore import QEvent, QObject, QTimer, Slot
 from PySide6.QtGui import QKeyEvent
-
-Piece: TypeAlias = Callable[[], object]
-"""A method of an object; nothing is drawn of a Qt object that is gone."""
 
 
 def takes_key(event: QEvent, wants: Callable[[QKeyEvent], bool]) -> bool:
@@ -41,16 +37,17 @@ class RedrawQueue(QObject):
     """Draws one piece in each round of the event loop: keys and mouse wait for one at most.
 
     A piece that is asked for again before its turn keeps its place and is drawn once, as things
-    are then. So what changes often cannot fall behind, and holds up nothing else.
+    are then. So what changes often cannot fall behind, and holds up nothing else. Nothing is drawn
+    by a method of a Qt object that is gone.
     """
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self._waiting: dict[Piece, None] = {}
+        self._waiting: dict[Callable[[], object], None] = {}
         self._timer = QTimer(self, interval=0)
         self._timer.timeout.connect(self._draw_one)
 
-    def soon(self, piece: Piece) -> None:
+    def soon(self, piece: Callable[[], object]) -> None:
         self._waiting[piece] = None
         self._timer.start()
 

@@ -27,7 +27,7 @@ from stereotrack_core.annotation.fit.results import TrajectoryFit
 from stereotrack_core.annotation.landmark_set import LandmarkSet
 from stereotrack_core.annotation.predict import hidden_landmarks, in_image
 from stereotrack_core.arrays import BoolArray, FloatArray, IntArray
-from stereotrack_core.body.limbs import LIMBS
+from stereotrack_core.body.limbs import LIMB_ENDS, LIMBS
 from stereotrack_core.geometry.camera import Camera, pixel_jacobian
 from stereotrack_core.recording.description import Cameras
 from stereotrack_core.recording.landmarks import LANDMARKS
@@ -35,16 +35,11 @@ from stereotrack_core.recording.landmarks import LANDMARKS
 SCORED: tuple[str, ...] = tuple(limb for limb in LIMBS if limb != "head")
 """Limbs whose errors are reported; the head enters no measure."""
 
-_SHOULDERS = {"left_shoulder": 0.5, "right_shoulder": 0.5}
-_HIPS = {"left_hip": -0.5, "right_hip": -0.5}
+_ENDS = list(LIMB_ENDS.items())
+_ENDS.insert(1, ("torso_cross_axis", (("left_shoulder",), ("right_shoulder",))))
 _WEIGHTS: dict[str, dict[str, float]] = {
-    "torso": {**_SHOULDERS, **_HIPS},
-    "torso_cross_axis": {"left_shoulder": -1.0, "right_shoulder": 1.0},
-    "head": {"head": 1.0, "left_shoulder": -0.5, "right_shoulder": -0.5},
-    "left_upper_arm": {"left_elbow": 1.0, "left_shoulder": -1.0},
-    "right_upper_arm": {"right_elbow": 1.0, "right_shoulder": -1.0},
-    "left_forearm": {"left_hand": 1.0, "left_elbow": -1.0},
-    "right_forearm": {"right_hand": 1.0, "right_elbow": -1.0},
+    axis: dict.fromkeys(far, 1.0 / len(far)) | dict.fromkeys(near, -1.0 / len(near))
+    for axis, (near, far) in _ENDS
 }
 
 AXES: tuple[str, ...] = tuple(_WEIGHTS)

@@ -3,15 +3,19 @@
 Two clicks of one landmark in two images lie on each other's epipolar lines: of all ways to exchange
 left and right in some of the views the best is looked for.
 
+What is around a click is followed through the images to the next clicked frame, from both sides. A
+click is doubted if both come to the same other place, unless the other views say that it is right.
+
 A click that is an outlier with the probability p gives nothing to the fit: to click right there
 would gain p times what a new click gains. As far as the fit has believed it, it has pulled the
 limb, by at most the angle of its residual.
 """
 
 import math
+from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import combinations, product
+from itertools import combinations, pairwise, product
 from typing import Literal, TypeAlias
 
 import numpy as np
@@ -19,8 +23,9 @@ import numpy as np
 from stereotrack_core.annotation.click import USUAL_SIGMA, Click, ClickKey
 from stereotrack_core.annotation.click_points import ClickPixels, click_pixels
 from stereotrack_core.annotation.fit.results import PROBABLE, TrajectoryFit
+from stereotrack_core.annotation.follow import MOST_FRAMES, follow_points, pictures_of
 from stereotrack_core.annotation.landmark_set import LandmarkSet
-from stereotrack_core.annotation.predict import PredictedPoint, predicted_point
+from stereotrack_core.annotation.predict import PredictedPoint, pixel_scale, predicted_point
 from stereotrack_core.arrays import FloatArray, IntArray
 from stereotrack_core.body.limbs import LIMB_ENDS, LIMBS
 from stereotrack_core.geometry.camera import Camera
@@ -33,8 +38,10 @@ from stereotrack_core.geometry.camera_agreement import (
 )
 from stereotrack_core.geometry.rotation import angle_between
 from stereotrack_core.geometry.triangulation import epipolar_distance
-from stereotrack_core.recording.description import Cameras
+from stereotrack_core.recording.description import Cameras, Recording
 from stereotrack_core.recording.landmarks import LANDMARKS, LandmarkTrajectory
+from stereotrack_core.recording.reader import FrameReader
+from stereotrack_core.work import NO_WORK, Work
 
 MOST_VIEWS = 8  # of more views the first ones are looked at; exchanges grow as their power of two
 LEAST_GAIN = 8.0  # log likelihood that an exchange has to gain
@@ -304,3 +311,81 @@ def disagreement_deg(fit: TrajectoryFit, run: LandmarkTrajectory) -> FloatArray:
             other = run.points[theirs, end] - run.points[theirs, start]
             result[ours, i] = np.degrees(angle_between(own, other))
     return result
+
+
+_OFF = 10.0  # pixels at 480 lines by which a click has to miss what was followed
+_SURE = 4.0  # standard deviations, likewise
+_AGREES = 2.5  # usual sigmas within which the other views say that a click is right
+_OUTLIER = 0.7  # how probably a doubted click is wrong: mesh-P2, two views besides, 6 % wrong
+_Ends = dict[ClickKey, list[FloatArray | None]]
+"""Where clicks before and after were followed to, (2,) pixels; None where the click is right."""
+
+
+def unlike_the_others(
+    recording: Recording, clicks: Iterable[Click], work: Work = NO_WORK
+) -> dict[ClickKey, Doubt]:
+    """Clicks in the views' reference images that show something else than those around them.
+
+    Raises Cancelled; InputError for a recording that cannot be read.
+    """
+    placed = [click for click in clicks if click.position is not None and not click.deleted]
+    ends: _Ends = defaultdict(list)
+    for count, view in enumerate(recording.views):
+        here = [click for click in placed if click.camera == view.image.camera]
+        with FrameReader(recording, views=[view.name], colour=False) as reader:
+            part = work.part(count / len(recording.views), (count + 1) / len(recording.views))
+            _follow(reader, view.image.camera, here, ends, part)
+    near: dict[tuple[int, str], list[Click]] = defaultdict(list)
+    for click in placed:
+        near[click.frame, click.landmark].append(click)
+    doubts = {}
+    for key, both in ends.items():
+        places = [place for place in both if place is not None]
+        same, camera = near[key.frame, key.landmark], recording.cameras[key.camera]
+        (click,) = (one for one in same if one.camera == key.camera)
+        others = [one for one in same if one is not click]
+        if len(places) < 2 or _fits(click, others, recording.cameras):
+            continue
+        off = float(np.linalg.norm(np.mean(places, axis=0) - np.array(click.position)))
+        apart = float(np.linalg.norm(places[1] - places[0]))
+        if apart < min(_OFF * pixel_scale(camera), 0.5 * off):
+            words = f"the clicks before and after lead to another place, {off:.0f} px away"
+            doubts[key] = Doubt(_OUTLIER, angle_of_residual(off, camera), words, "appearance")
+    return doubts
+
+
+def _follow(
+    reader: FrameReader, camera: str, clicks: Sequence[Click], ends: _Ends, work: Work
+) -> None:
+    """Note for each click where what is followed from its neighbours comes to."""
+    by_frame: dict[int, dict[str, Click]] = defaultdict(dict)
+    for click in clicks:
+        by_frame[click.frame][click.landmark] = click
+    scale = pixel_scale(reader.recording.cameras[camera])
+    frames = sorted(by_frame)
+    for place, (first, last) in enumerate(pairwise(frames)):
+        work.step(place / len(frames), f"frame {first}")
+        names = [name for name in by_frame[first] if name in by_frame[last]]
+        if not names or last - first > MOST_FRAMES:
+            continue
+        pictures = list(pictures_of(reader, camera, range(first, last + 1)))
+        if any(picture is None for picture in pictures):
+            continue
+        for start, end, way in ((first, last, pictures), (last, first, pictures[::-1])):
+            begun = np.array([by_frame[start][name].position for name in names])
+            *_, (pixels, spreads) = follow_points(way, begun, cancelled=work.stopped)
+            for name, pixel, spread in zip(names, pixels, spreads, strict=True):
+                click = by_frame[end][name]
+                if np.isfinite(spread):
+                    off = float(np.linalg.norm(pixel - np.array(click.position)))
+                    far = off > max(_OFF * scale, _SURE * spread)
+                    ends[click.key].append(pixel if far else None)
+
+
+def _fits(click: Click, others: Sequence[Click], cameras: Cameras) -> bool:
+    """Whether a click lies where two other views or more say that the landmark is."""
+    point = predicted_point(cameras, others)
+    if point is None or point.outliers or click.camera not in point.pixel:
+        return False
+    off = float(np.linalg.norm(point.pixel[click.camera] - np.array(click.position)))
+    return off < _AGREES * USUAL_SIGMA * pixel_scale(cameras[click.camera])

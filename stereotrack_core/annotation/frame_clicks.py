@@ -166,8 +166,8 @@ class ShownFit:
     places: Mapping[str, FloatArray]  # landmarks of the model (3,), world, metres
 
 
-def fitted_body(question: FitQuestion) -> ShownFit:
-    """Fit the body to the clicks of one frame."""
+def fitted_body(question: FitQuestion, _asker: Asker | None = None) -> ShownFit:
+    """Fit the body to the clicks of one frame, also as a task of a process."""
     q, settings = question, FitSettings(use_depth=question.cloud is not None)
     here = [one for one in q.clicks if one.camera in q.cameras]
     taken = measurements(here, q.landmark_set.names, q.sigmas)
@@ -183,8 +183,3 @@ def fitted_body(question: FitQuestion) -> ShownFit:
         dict(zip(keys, fit.outlier_probability.tolist(), strict=True)),
         dict(zip(q.landmark_set.names, fit.landmarks_world, strict=True)),
     )
-
-
-def fit_elsewhere(question: FitQuestion, _asker: Asker) -> ShownFit:
-    """Fit in a :class:`TaskProcess`."""
-    return fitted_body(question)

@@ -7,10 +7,9 @@ people differ by a centimetre, and each frame is blurred by the clicks and by th
 
 from __future__ import annotations
 
-import dataclasses
 from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from types import MappingProxyType
 
@@ -44,7 +43,6 @@ from stereotrack_core.worker_processes import Asker
 
 PRESET = "accurate"  # preset for tracking if there is no run yet
 FEWEST = 3  # clicked frames that bring the first gain (docs/personal.md)
-ClicksByFrame = Mapping[int, Sequence[Click]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,33 +52,6 @@ class PersonalSubject:
     subject: Subject
     before: Subject  # with all lengths of the body that was tracked
     found: PersonalOffsets
-
-
-def _personal_subject(
-    run: Run, by_frame: ClicksByFrame, recording: Recording, settings: FitSettings, where: str
-) -> PersonalSubject:
-    """Lengths and offsets that clicked frames of a run tell. Raises InputError if none do."""
-    body = body_of_run(run)
-    fit = ClickFit(recording.cameras, NINE, body.skeleton.proportions, settings, fps=recording.fps)
-    clicked = []
-    for i in np.flatnonzero(np.isin(run.frame, list(by_frame))):
-        frame, pose = int(run.frame[i]), pose_of_run(run, int(i))
-        if pose is not None:
-            clicked.append(clicked_frame(frame, by_frame[frame], fit, body, pose))
-    found = personal_offsets(clicked)
-    if not found.frames:
-        raise InputError(
-            "no clicked frame is tracked and clicked well enough",
-            where,
-            "Click the trunk and the arms in at least two views of frames in which the "
-            "tracker follows the person.",
-        )
-    tracked = subject_of_meta(run.meta) or Subject()
-    lengths = body.skeleton.proportions
-    before = dataclasses.replace(tracked, **dataclasses.asdict(lengths))
-    own = recording.subject or Subject()
-    offsets, name = offsets_by_landmark(found.offsets), own.name or recording.name
-    return PersonalSubject(dataclasses.replace(before, name=name, offsets=offsets), before, found)
 
 
 def offset_table(one: PersonalSubject) -> Table:
@@ -147,7 +118,26 @@ class Personalise:
         run = self._tracked(on_frame, cancelled) if self.run is None else self.run
         if cancelled():
             raise Cancelled
-        return _personal_subject(run, self.by_frame, self.recording, self.settings, self.where)
+        body, own = body_of_run(run), self.recording
+        lengths = body.skeleton.proportions
+        fit = ClickFit(own.cameras, NINE, lengths, self.settings, fps=own.fps)
+        clicked = []
+        for i in np.flatnonzero(np.isin(run.frame, list(self.by_frame))):
+            frame, pose = int(run.frame[i]), pose_of_run(run, int(i))
+            if pose is not None:
+                clicked.append(clicked_frame(frame, self.by_frame[frame], fit, body, pose))
+        found = personal_offsets(clicked)
+        if not found.frames:
+            remedy = (
+                "Click the trunk and the arms in at least two views of frames in which the tracker "
+                "follows the person."
+            )
+            what = "no clicked frame is tracked and clicked well enough"
+            raise InputError(what, self.where, remedy)
+        before = replace(subject_of_meta(run.meta) or Subject(), **asdict(lengths))
+        name = (own.subject or Subject()).name or own.name
+        offsets = offsets_by_landmark(found.offsets)
+        return PersonalSubject(replace(before, name=name, offsets=offsets), before, found)
 
     def _tracked(self, on_frame: Callable[[int], None], cancelled: Callable[[], bool]) -> Run:
         """The frames up to the last clicked one, tracked now with known or clicked lengths."""
@@ -158,8 +148,8 @@ class Personalise:
         else:
             lengths = proportions_of(self.recording.subject)
         own = self.recording.subject or Subject(self.recording.name)
-        known = dataclasses.replace(own, **dataclasses.asdict(lengths))
-        unaided = dataclasses.replace(self.recording, reference=None, subject=known)
+        known = replace(own, **asdict(lengths))
+        unaided = replace(self.recording, reference=None, subject=known)
         return track(
             unaided,
             RunSpec(preset(PRESET, ()), preset=PRESET, frames=range(max(self.by_frame) + 1)),

@@ -30,6 +30,7 @@ from stereotrack_core.annotation.landmark_filter import (
 from stereotrack_core.annotation.predict import hidden_landmarks, in_image, pixel_scale
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.counting import counted
+from stereotrack_core.geometry.camera import variance_by_cameras
 from stereotrack_core.recording.description import Cameras
 from stereotrack_core.recording.landmarks import LANDMARKS
 
@@ -224,9 +225,10 @@ def _to_be_clicked(
     H = rig.jacobian(state.mean, camera, landmark)
     P, asked, M = state.covariance, list[ClickKey](), _triangulation(state, rig)
     wanted = len(rig.names) * (question.wanted_mm / 1000.0) ** 2
+    by_cameras = len(M) * variance_by_cameras(rig.cameras)  # which no click takes away
 
     def variance() -> float:
-        return float(np.einsum("ij,jk,ik->", M, P, M))
+        return float(np.einsum("ij,jk,ik->", M, P, M)) + by_cameras
 
     before = variance()
     while (now := variance()) > wanted and len(asked) < len(free):

@@ -146,6 +146,8 @@ _COLUMNS, _ROWS = 8, 6
 _LEAST_SHARE = 0.6
 _LEAST_BAND = 0.35  # share of the cells along a side of the image
 _SMALL, _LARGE = 0.2, 0.4  # share of the image that a board should fill at least, and well
+_TILT = "tilt the board by 30 to 45 degrees to all sides"
+_CORNERS = "bring it into every corner of the image."
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,17 +163,13 @@ class Coverage:
     @property
     def advice(self) -> str:
         """Advice on filming: tilted boards show the focal length, large ones better."""
-        turned = (
-            "tilt the board by 30 to 45 degrees to all sides, and bring it into every corner of "
-            "the image."
-        )
         if not self.fills < _SMALL:
-            return f"Film again, near and far: {turned}"
+            return f"Film again, near and far: {_TILT}, and {_CORNERS}"
         distance = 0.5 * (self.nearest_m + self.farthest_m) * self.fills / _LARGE
         return (
             f"The board is too small in the pictures: it fills {100 * self.fills:.0f} % of the "
             f"image. Film again with the board about {distance:.1f} m away, where it fills "
-            f"{100 * _LARGE:.0f} %, or with a larger board: {turned}"
+            f"{100 * _LARGE:.0f} %, or with a larger board: {_TILT}, and {_CORNERS}"
         )
 
     @property
@@ -214,10 +212,7 @@ _WORTH = 0.01  # share by which a model's held-out error may be above the least 
 _NOISE_PX = 0.1  # error per axis that corners have at least, whatever the fit says
 _UNKNOWN_FOCAL, _VAGUE_FOCAL = 0.02, 0.003  # shares of the focal length
 _LEAST_TILT_DEG = 12.0
-_REFILM = (
-    "Film again: tilt the board by 30 to 45 degrees to all sides, near and far, and bring it into "
-    "every corner of the image."
-)
+_REFILM = f"Film again: {_TILT}, near and far, and {_CORNERS}"
 
 
 @dataclass(frozen=True)
@@ -262,7 +257,7 @@ def calibrate_intrinsics(
     chosen, candidates, held_out = _chosen(fits, used, board)
     fit = fits[chosen]
     coverage = coverage_of(used, fit.poses)
-    sigma = np.sqrt(np.maximum(np.diag(fit.bundle.covariance)[:4], 0.0))
+    sigma = _sigma(fit)
     if alone:
         check_known(fit.bundle.rms, sigma, fit.lens, coverage, used)
     camera = fit.lens.camera(used.camera, used.size, RigidTransform.identity())
@@ -363,14 +358,20 @@ def _fits(
 def _chosen(
     fits: dict[str, LensFit], sightings: Sightings, board: Board
 ) -> tuple[str, tuple[Candidate, ...], float]:
-    """Name of the model taken, all that were tried, and its held-out error in pixels."""
+    """Name of the model taken, all that were tried, and its held-out error in pixels.
+
+    A rational lens without distortion may be any lens whose numerator and denominator are equal: it
+    is not taken where it leaves the focal length open that a simpler model knows.
+    """
     seen = BoardPictures(sightings.pixels, board.corners)
     roots = {}
     for name, fit in fits.items():
         squares = held_out_errors(fit, seen)
         roots[name] = float("nan") if squares is None else float(np.sqrt(squares.mean()))
-    least = np.nanmin(list(roots.values()), initial=np.inf)
-    within = [name for name, error in roots.items() if not error > (1.0 + _WORTH) * least]
+    vague = {n: _focal_uncertainty(f.bundle.rms, _sigma(f), f.lens) for n, f in fits.items()}
+    known = [name for name in fits if vague[name] < _UNKNOWN_FOCAL] or list(fits)
+    least = np.nanmin([roots[name] for name in known], initial=np.inf)
+    within = [name for name in known if not roots[name] > (1.0 + _WORTH) * least]
     if any(fits[name].lens.model in (RADIAL, BROWN, BROWN5) for name in within):
         within = [name for name in within if not fits[name].lens.model.fisheye]
     best = min(within, key=lambda name: _criterion(fits[name]))
@@ -404,6 +405,11 @@ def check_known(
         what = f"the boards are all nearly parallel ({tilt}): the focal length is not determined"
         remedy = _REFILM
     raise _undetermined(sightings, what, remedy)
+
+
+def _sigma(fit: LensFit) -> FloatArray:
+    """Standard deviations (4,) of f_x, f_y, c_x, c_y in pixels."""
+    return np.sqrt(np.maximum(np.diag(fit.bundle.covariance)[:4], 0.0))
 
 
 def _focal_uncertainty(rms: float, sigma: FloatArray, lens: Lens) -> float:

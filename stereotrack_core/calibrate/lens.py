@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stereotrack_core.arrays import BoolArray, FloatArray
+from stereotrack_core.errors import InputError
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.transform import RigidTransform
 
@@ -72,10 +73,11 @@ class Lens:
         return Camera(name, *size, matrix, distortions, self.model.fisheye, camera_from_world)
 
 
-def lens_of(camera: Camera) -> Lens | None:
-    """Lens of a calibrated camera; None where its model has coefficients beyond the eighth."""
+def lens_of(camera: Camera, remedy: str = "") -> Lens:
+    """Lens of a calibrated camera. Raises InputError if it has more than eight coefficients."""
     if camera.distortions.size > PINHOLE_COEFFICIENTS:
-        return None
+        what = f"its lens has {camera.distortions.size} distortion coefficients"
+        raise InputError(what, f"camera {camera.name}", remedy)
     models = [m for m in LENS_MODELS.values() if m.fisheye == camera.fisheye and m is not RADIAL]
     fitting = [m for m in models if m.stored == camera.distortions.size]
     model = fitting[0] if fitting else max(models, key=lambda m: m.stored)

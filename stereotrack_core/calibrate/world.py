@@ -123,17 +123,12 @@ def _lens(sightings: Sightings, board: Board, model: str, given: Cameras) -> Int
     camera = given.get(sightings.camera)
     if camera is None:
         return calibrate_intrinsics(sightings, board, model=model, alone=False)
-    where = f"camera {sightings.camera}"
     if (camera.width, camera.height) != sightings.size:
         shown = f"the pictures are {sightings.size[0]}x{sightings.size[1]}"
         what = f"its lens was calibrated for {camera.width}x{camera.height}, {shown}"
-        raise InputError(what, where, "Use the same picture size, or calibrate the lens again.")
-    lens = lens_of(camera)
-    if lens is None:
-        what = f"its lens has {camera.distortions.size} distortion coefficients"
-        remedy = "Leave it out of the given lenses, so that it is calibrated again."
-        raise InputError(what, where, remedy)
-    return lens
+        remedy = "Use the same picture size, or calibrate the lens again."
+        raise InputError(what, f"camera {sightings.camera}", remedy)
+    return lens_of(camera, "Leave it out of the given lenses, so that it is calibrated again.")
 
 
 def _frames(sightings: Sequence[Sightings]) -> list[int]:

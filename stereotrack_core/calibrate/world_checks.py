@@ -212,10 +212,7 @@ def seen_board(cameras: Cameras, sightings: Sequence[Sightings], board: Board) -
 
 
 def _bundle_camera(camera: Camera, sightings: Sightings) -> BundleCamera:
-    lens = lens_of(camera)
-    if lens is None:
-        what = f"its lens has {camera.distortions.size} distortion coefficients"
-        raise InputError(what, f"camera {camera.name}", "Leave its pictures out of the folder.")
+    lens = lens_of(camera, "Leave its pictures out of the folder.")
     nothing, first = np.zeros(lens.values.size, dtype=bool), np.zeros(1, dtype=np.int64)
     return BundleCamera(lens, camera.camera_from_world, first, sightings.pixels, nothing, False)
 

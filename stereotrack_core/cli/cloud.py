@@ -1,6 +1,7 @@
 """``stereotrack cloud``: the fused point cloud of one frame as a file."""
 
 from argparse import Namespace
+from contextlib import closing
 
 import numpy as np
 
@@ -33,12 +34,9 @@ def run(args: Namespace) -> int:
     with FrameReader(recording, views=views, colour=False) as reader:
         frame_set = reader.frame_set(args.frame)
         depth = settled(recording, settings.depth, reader, views)
-        chain = DepthChain(recording, depth, views=views)
-        try:
+        with closing(DepthChain(recording, depth, views=views)) as chain:
             chain.learn_background(reader, range(reader.frame_count))
             cloud = chain.process(frame_set)
-        finally:
-            chain.close()
     write_cloud(args.output, cloud.points, cloud.view, cloud.view_names, cloud.frame)
     counts = np.bincount(cloud.view, minlength=len(cloud.view_names)).tolist()
     for problem in cloud.problems.values():

@@ -5,6 +5,7 @@ What an earlier check has found wrong is left out of the later ones.
 
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import closing
 from dataclasses import replace
 
 from stereotrack_core.counting import counted
@@ -53,15 +54,13 @@ def check_clouds(
         yield Finding.of(error)
         return
     lost = LostPoints(recording, depth)
-    try:
+    with closing(chain):
         chain.learn_background(reader, range(count))
         for k in spread(count, _FRAMES):
             cloud = chain.process(reader.frame_set(k))
             if len(cloud.points) >= LEAST_POINTS:
                 return
             lost.note(cloud)
-    finally:
-        chain.close()
     for cause in lost.causes("too few of all views together"):
         where = f"view {', '.join(cause.views)}" if cause.views else "recording.toml"
         yield Finding("error", where, f"there is nothing to track: {cause.what}", cause.remedy)

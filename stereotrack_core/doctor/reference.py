@@ -4,8 +4,6 @@ A limb lies within the flesh, a few centimetres from a measured surface. Elsewhe
 instants are tried in turn.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 

@@ -8,6 +8,7 @@ points, point to plane, over several instants at once, of surfaces that face the
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import closing
 from dataclasses import dataclass, replace
 from itertools import combinations, permutations
 from typing import NamedTuple, TypeAlias
@@ -69,13 +70,10 @@ def measured_views(
         volume_bottom=-0.5 * _EVERYWHERE, disparity_from_volume=False, subpixel="matcher",
     )  # fmt: skip
     frames = spread(reader.frame_count, MEASURED) if frames is None else frames
-    chain = DepthChain(recording, everywhere, views=views)
-    try:
+    with closing(DepthChain(recording, everywhere, views=views)) as chain:
         chain.learn_background(reader, range(reader.frame_count))
         clouds = [chain.process(reader.frame_set(k)) for k in frames]
         places = {name: one.world_from_depth for name, one in chain.geometry.items()}
-    finally:
-        chain.close()
     instants = []
     for cloud in clouds:
         seen = {}

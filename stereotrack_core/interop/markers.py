@@ -17,6 +17,7 @@ import numpy as np
 
 from stereotrack_core.arrays import BoolArray, FloatArray
 from stereotrack_core.body.proportions import AVERAGE
+from stereotrack_core.counting import counted
 from stereotrack_core.errors import Finding, InputError
 from stereotrack_core.interop.label_source import map_names
 from stereotrack_core.interop.landmark_file import FileAxes, Stated, check_axes
@@ -141,7 +142,14 @@ _RULES: Mapping[str, tuple[_Rule, ...]] = {
 
 def landmarks_in_world(markers: Markers, stated: Stated) -> tuple[FloatArray, tuple[Finding, ...]]:
     """Landmarks (F, 9, 3), world, and notes; InputError: :func:`body_of`, :func:`.check_axes`."""
+    lost = (markers.points == 0.0).all(axis=-1)
+    lost &= (lost.sum(axis=1, keepdims=True) > 1) | ~lost.all(axis=0)  # else the origin itself
+    points = np.where(lost[..., None], np.nan, markers.points)
+    markers = replace(markers, points=points)
     landmarks, trunk, legs, notes = body_of(markers, stated.names)
+    if lost.any():
+        what = f"{counted(int(lost.sum()), 'place')} of markers at 0, 0, 0 taken as missing"
+        notes.append(_note(markers, what))
     axes = markers.axes
     if stated.world_from_file is not None:
         axes = FileAxes(stated.world_from_file, "as stated", is_certain=True)

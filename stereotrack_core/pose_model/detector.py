@@ -47,8 +47,8 @@ _NEAR = 0.4
 tiles are of the same person."""
 
 _FINDER_OUTPUTS = ("Identity", "Identity_1")
-_LANDMARK_OUTPUTS = ("Identity", "Identity_3", "Identity_1", "Identity_4", "Identity_2")
-"""39 points, their heat maps, score, 39 points in metres, and mask."""
+_LANDMARK_OUTPUTS = ("Identity", "Identity_3", "Identity_1", "Identity_2")
+"""39 points, their heat maps, score, and mask."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +79,6 @@ class DetectedPose:
     presence: FloatArray  # (33,). Probability that a point is in the picture.
     score: float  # probability that a person is in the crop
     circle: FloatArray  # (2, 2). Hips, and the point above the head on the circle around them.
-    metres: FloatArray  # (33, 3). Rough shape: right, down, away in the picture, from the hips.
     mask: FloatArray | None = None  # (H, W). Probability of the person at a pixel, if asked for.
 
 
@@ -157,13 +156,8 @@ class PoseDetector:
         size = (blazepose.LANDMARK_SIDE, blazepose.LANDMARK_SIDE)
         seen = as_rgb(crop.seen(as_uint8(picture), size)).astype(np.float32)
         with self._lock:
-            points, heat, score, shape, person = self._landmarks.run(
-                seen / 255.0, *_LANDMARK_OUTPUTS
-            )
+            points, heat, score, person = self._landmarks.run(seen / 255.0, *_LANDMARK_OUTPUTS)
         rows = points.reshape(39, 5).astype(np.float64)  # x, y, z, visibility and presence
-        metres = shape.reshape(39, 3)[:33].astype(np.float64)
-        cos, sin = np.cos(crop.angle), np.sin(crop.angle)
-        metres[:, :2] = metres[:, :2] @ np.array([[cos, sin], [-sin, cos]])
         # The network counts from the corner of its input: landmarks of 80 mirrored pictures agree
         # to 0.0 (0.1) pixels then, refined ones to 0.4 (0.2).
         rows[:33, :2] = blazepose.refined(rows[:33, :2], heat)
@@ -174,7 +168,6 @@ class PoseDetector:
             blazepose.sigmoid(rows[:33, 4]),
             float(score[0]),
             places[33:],
-            metres,
             crop.mask_in_picture(blazepose.sigmoid(person[..., 0]), picture.shape[:2])
             if mask
             else None,

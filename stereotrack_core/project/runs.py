@@ -216,7 +216,8 @@ def take_in(project: Project, path: Path) -> TakenIn | None:
     kept = any(one.made == run.meta["made"] and one.frames >= len(run.frame) for one in known)
     if len(run.frame) and not kept:
         last = int(run.frame[-1])
-        taken = TakenIn(free_name(project.runs, f"interrupted at frame {last}"), last)
+        made = ", ".join(filter(None, (run.meta.get("preset"), f"interrupted at frame {last}")))
+        taken = TakenIn(free_name(project.runs, made), last)
         project.apply(keep_run(taken.name, run))
     path.unlink(missing_ok=True)
     return taken

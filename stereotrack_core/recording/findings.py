@@ -8,7 +8,7 @@ import numpy as np
 
 from stereotrack_core.arrays import FloatArray
 from stereotrack_core.errors import Finding, InputError, Severity
-from stereotrack_core.geometry.upright import UP_AXES
+from stereotrack_core.geometry.upright import UP_AXES, Upright
 from stereotrack_core.recording.camera_checks import check_cameras, up_of_cameras, view_cameras
 from stereotrack_core.recording.consistency import check_consistency
 from stereotrack_core.recording.description import Recording, Stream, View
@@ -22,6 +22,7 @@ from stereotrack_core.recording.video import VideoStream
 __all__ = ["Finding", "Severity", "by_severity", "examine", "examine_described"]
 
 ORDER: dict[Severity, int] = {"error": 0, "warning": 1, "note": 2}
+_MOST_TILT = 60.0  # degrees from up that the trunk of somebody who neither lies nor bends may have
 
 
 def examine(folder: Path, deep: bool = False, *, compare: bool = False) -> tuple[Finding, ...]:
@@ -230,8 +231,9 @@ def _check_reference(recording: Recording, frame_count: int) -> Iterator[Finding
     if (wrong := wrong_size(reference)) is not None:
         yield wrong
     else:
-        has_north = up_of_cameras(recording).axis == UP_AXES[0]
-        yield from _check_sides(reference, has_north=has_north)
+        axis = up_of_cameras(recording).axis
+        yield from _check_trunk(reference, Upright(axis))
+        yield from _check_sides(reference, has_north=axis == UP_AXES[0])
         yield from _check_visible(recording, reference)
 
 
@@ -257,6 +259,17 @@ def wrong_size(reference: LandmarkTrajectory) -> Finding | None:
         what = f"{own}, which corresponds to a person {size} tall"
         return Finding("error", "reference.csv", what, "The reference must be in metres.")
     return None
+
+
+def _check_trunk(reference: LandmarkTrajectory, world: Upright) -> Iterator[Finding]:
+    points = reference.by_name()
+    ends = [points[f"left_{end}"] + points[f"right_{end}"] for end in ("hip", "shoulder")]
+    trunk = ends[1] - ends[0]
+    tilt = _median(np.degrees(np.arccos(trunk @ world.up / np.linalg.norm(trunk, axis=1))))
+    if tilt > _MOST_TILT:
+        what = f"the person's trunk is {tilt:.0f}° from {world.axis}, which points up"
+        remedy = "If the person neither lies nor bends, the axes are not those of the world."
+        yield Finding("warning", "reference.csv", what, remedy)
 
 
 def _check_sides(reference: LandmarkTrajectory, *, has_north: bool) -> Iterator[Finding]:

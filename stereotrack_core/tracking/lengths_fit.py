@@ -12,7 +12,7 @@ import numpy as np
 
 from stereotrack_core.arrays import BoolArray, FloatArray
 from stereotrack_core.body.proportions import AVERAGE, AVERAGE_HEIGHT, Proportions
-from stereotrack_core.body.skeleton import ARM_PARTS, FOREARMS, UPPER_ARMS
+from stereotrack_core.body.skeleton import ARM_PARTS, FOREARMS
 from stereotrack_core.depth.cloud import Cloud
 from stereotrack_core.geometry.upright import Z_UP, Upright
 from stereotrack_core.recording.description import Subject
@@ -55,9 +55,8 @@ class _Candidate:
     @property
     def bent(self) -> float:
         """Angle of the elbow that is bent more, radians."""
-        z = self.seen.pose.rotations[:, :, 2]
-        cosines = [z[upper] @ z[fore] for upper, fore in zip(UPPER_ARMS, FOREARMS, strict=True)]
-        return float(np.arccos(np.clip(min(cosines), -1.0, 1.0)))
+        cosine = self.seen.pose.rotations[list(FOREARMS), 2, 2].min()  # upper arms' z by forearms'
+        return float(np.arccos(np.clip(cosine, -1.0, 1.0)))
 
 
 def lengths_by_height(clouds: Sequence[Cloud], upright: Upright = Z_UP) -> Proportions:

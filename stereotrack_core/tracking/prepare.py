@@ -19,7 +19,6 @@ from stereotrack_core.tracking.clouds import Clouds, CloudSource, chain_of
 from stereotrack_core.tracking.frame import TrackedFrame
 from stereotrack_core.tracking.initialise.first_pose import first_clouds, shape_in
 from stereotrack_core.tracking.initialise.heading import HeadingWatch
-from stereotrack_core.tracking.keypoint_offsets import fitted_offsets
 from stereotrack_core.tracking.lengths_fit import (
     ESTIMATED,
     ESTIMATING_LENGTHS,
@@ -35,7 +34,7 @@ from stereotrack_core.tracking.residuals.silhouette import edge_maps
 from stereotrack_core.tracking.run_spec import Hooks, RunSpec, given_heading, is_found
 from stereotrack_core.tracking.saved_state import check_like, has_state, restored
 from stereotrack_core.tracking.second_look import LookNumbers, SecondLook
-from stereotrack_core.tracking.shape_fit import fitted_outline
+from stereotrack_core.tracking.shape_fit import fitted_offsets, fitted_outline
 from stereotrack_core.tracking.smoothing import smoothed
 from stereotrack_core.tracking.stored import began_of
 from stereotrack_core.tracking.tracking import (

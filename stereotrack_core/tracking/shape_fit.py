@@ -13,26 +13,33 @@ import numpy as np
 import scipy
 
 from stereotrack_core.arrays import FloatArray
-from stereotrack_core.body.manifold import columns_of, displaced
+from stereotrack_core.body.keypoint_places import keypoint_places
+from stereotrack_core.body.manifold import columns_of, displaced, jacobian
 from stereotrack_core.body.model import CONTOUR_NAMES, BodyModel, body_model, placed_cones
 from stereotrack_core.body.parameters import BodyShape
 from stereotrack_core.body.pose import REST, Pose
 from stereotrack_core.body.proportions import Proportions
 from stereotrack_core.body.skeleton import CLAVICLES
 from stereotrack_core.depth.chain import OnPart
-from stereotrack_core.depth.cloud import EdgeMap
+from stereotrack_core.depth.cloud import Cloud, EdgeMap
 from stereotrack_core.geometry.upright import Z_UP, Upright
 from stereotrack_core.tracking.correction import gathered
 from stereotrack_core.tracking.parameters import TrackingParameters
 from stereotrack_core.tracking.residuals import standing
 from stereotrack_core.tracking.residuals.limits import limit_rows
-from stereotrack_core.tracking.residuals.silhouette import contours_of
+from stereotrack_core.tracking.residuals.reprojection import (
+    KeypointFit,
+    KeypointObservation,
+    pixel_gradients,
+)
+from stereotrack_core.tracking.residuals.silhouette import contours_of, silhouettes_of
 from stereotrack_core.tracking.residuals.surface import (
     SurfaceResidual,
     Trust,
     surface_distances,
     surface_residual,
 )
+from stereotrack_core.tracking.state import Setup
 
 # What is fitted of the surface, and how much people differ from the default, in the parameters'
 # units. Shifts to the front are held firmly: all together cannot be told from a body that leans.
@@ -69,6 +76,11 @@ _PRIOR_SIGMA = 0.015  # metres by which margins differ from person to person and
 _NOISE = 0.015  # metres of one outline's distance
 _TOGETHER = 6.0  # so many of them are one independent measurement
 _ROUNDS = 8
+# Where a detector's keypoints lie beside the landmarks, among the numbers of a body's shape.
+OFFSETS = tuple(row.name for row in BodyShape.rows() if row.name.startswith("keypoint_"))
+# Metres by which detectors differ from the present shape; those to the front are held firmly, too.
+_OFFSET_SIGMA, _FORWARD_SIGMA = 0.02, 0.005
+_FRAMES_TOGETHER = 3.0  # that are one measurement: a detector errs alike in successive pictures
 
 
 def shape_with(shape: BodyShape, names: Sequence[str], values: FloatArray) -> BodyShape:
@@ -310,3 +322,68 @@ def _rows(
         shares.append(A)
         distances.append(found.distance)
     return np.concatenate(shares), np.concatenate(distances)
+
+
+def fitted_offsets(setup: Setup, seen: Sequence[tuple[Pose, Cloud]]) -> BodyShape:
+    """The body's shape with the offsets that the keypoints of some frames show.
+
+    A detector's shoulders, hips and wrists are those of the people who labelled its training
+    pictures. The offsets are constant in the frames of the parts and mirrored from side to side.
+    What a pose could have done as well says nothing about an offset, which the prior then keeps.
+
+    `seen`: frames that are tracked with the present shape, and their poses.
+    """
+    shape = setup.body.shape
+    start = np.array([float(shape.values()[name]) for name in OFFSETS])
+    moves = _offset_moves(setup.body)
+    forward = np.array([name.endswith("_front") for name in OFFSETS])
+    prior = 1.0 / np.where(forward, _FORWARD_SIGMA, _OFFSET_SIGMA) ** 2
+    A, b = np.diag(prior), np.zeros(len(start))
+    for pose, cloud in seen:
+        observed = KeypointObservation(cloud.keypoints, setup.parameters.keypoint_sigma)
+        fit = observed.fitted(setup.body, pose)
+        if fit is not None:
+            reduced, right = _offset_equations(setup, pose, cloud, fit, moves)
+            A += reduced / _FRAMES_TOGETHER
+            b += right / _FRAMES_TOGETHER
+    return shape_with(shape, OFFSETS, start + np.linalg.solve(A, b))
+
+
+def _offset_moves(body: BodyModel) -> dict[str, FloatArray]:
+    """Derivatives (3, k) of the keypoints' places in their parts by the offsets."""
+    before, step = keypoint_places(body), 0.01
+    values = body.shape.values()
+    changed = [
+        keypoint_places(body.with_shape(body.shape.replaced(**{name: float(values[name]) + step})))
+        for name in OFFSETS
+    ]
+    return {
+        name: np.stack([(other[name].point - place.point) / step for other in changed], axis=1)
+        for name, place in before.items()
+    }
+
+
+def _offset_equations(
+    setup: Setup, pose: Pose, cloud: Cloud, fit: KeypointFit, moves: dict[str, FloatArray]
+) -> tuple[FloatArray, FloatArray]:
+    """Normal equations (k, k) and (k,) of one frame for the offsets, without its pose."""
+    body, n = setup.body, setup.columns.n
+    frames, outlines = body.frames(pose), silhouettes_of(cloud, setup.parameters.silhouette_sigma)
+    beside = [each.rows(frames) for each in outlines.residuals(body, pose)]
+    beside.append(limit_rows(body, pose, setup.parameters, setup.joints))
+    others = gathered(beside, frames, setup.columns)
+    A, a = others.A + np.eye(n) / _POSE_SIGMA**2, others.b
+    B, C, c = np.zeros((n, len(OFFSETS))), np.zeros((len(OFFSETS),) * 2), np.zeros(len(OFFSETS))
+    for residual in fit.residuals():
+        rows = residual.rows(frames)
+        H, nu, R = jacobian(rows, frames, setup.columns), rows["innovation"], rows["variance"]
+        along = pixel_gradients(residual.rotation, residual.in_camera(frames), residual.focal)
+        turned = along @ frames.rotations[residual.part]
+        moved = np.array([moves[fit.seen.names[k]] for k in fit.counted[0].tolist()])
+        S = (turned @ moved).reshape(-1, len(OFFSETS))
+        weighted = H.T / R
+        A, a = A + weighted @ H, a + weighted @ nu
+        B, C = B + weighted @ S, C + (S.T / R) @ S
+        c = c + (S.T / R) @ nu
+    back = np.linalg.solve(A, np.column_stack([B, a]))
+    return C - B.T @ back[:, :-1], c - B.T @ back[:, -1]

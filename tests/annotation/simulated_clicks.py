@@ -48,13 +48,9 @@ class AnnotationCase:
     outliers: float = 0.0  # share of clicks that are outliers
 
 
-CASES: tuple[AnnotationCase, ...] = (
-    AnnotationCase("clicks alone, every frame, 2 px", 2.0, 1, depth=False),
-    AnnotationCase("every frame, 2 px, 20 % missing, 3 % outliers", 2.0, 1, False, 0.2, 0.03),
-    AnnotationCase("clicks and depth, every 5th frame, 2 px", 2.0, 5, depth=True),
-    AnnotationCase("depth, 5th, 2 px, 20 % missing, 3 % outliers", 2.0, 5, True, 0.2, 0.03),
-    AnnotationCase("clicks and depth, every 5th frame, 10 px", 10.0, 5, depth=True),
-)
+ALONE = AnnotationCase("clicks alone, every frame, 2 px", 2.0, 1, depth=False)
+DIRTY = AnnotationCase("every frame, 2 px, 20 % missing, 3 % outliers", 2.0, 1, False, 0.2, 0.03)
+DEPTH = AnnotationCase("clicks and depth, every 5th frame, 2 px", 2.0, 5, depth=True)
 
 
 @dataclass(frozen=True, eq=False)

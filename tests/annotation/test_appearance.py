@@ -4,8 +4,8 @@ import cv2
 import numpy as np
 import pytest
 
-from stereotrack_core.annotation.appearance import unlike_the_others
 from stereotrack_core.annotation.click import Click, ClickKey
+from stereotrack_core.annotation.doubts import unlike_the_others
 from stereotrack_core.recording.writing import write_png
 from tests.recording.small import filmless
 

@@ -6,9 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stereotrack_core.annotation.appearance import unlike_the_others
 from stereotrack_core.annotation.click import Click, ClickKey
-from stereotrack_core.annotation.doubts import doubtful_camera
+from stereotrack_core.annotation.doubts import doubtful_camera, unlike_the_others
 from stereotrack_core.annotation.fit.fit import ClickFit
 from stereotrack_core.annotation.fit.state import FitSettings
 from stereotrack_core.annotation.landmark_set import NINE

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stereotrack_core.calibrate import report
+from stereotrack_core.calibrate import intrinsics, report
 from stereotrack_core.calibrate.intrinsics import calibrate_intrinsics
 from stereotrack_core.calibrate.lens import BROWN, RADIAL, Lens, lens_of
 from stereotrack_core.calibrate.work import fit_lenses
@@ -50,6 +50,20 @@ def test_the_model_is_no_richer_than_the_lens(lens, model, distances):
     off = np.abs(found.lens.values[:4] - lens.values[:4])
     assert (off < 5 * found.sigma).all()
     assert {one.model.name for one in found.candidates} >= {model, "radial"}
+
+
+def test_a_model_that_leaves_the_focal_length_open_is_not_taken(monkeypatch):
+    """A rational lens without distortion, of which numerator and denominator are alike."""
+    sightings, camera = seen_by(WIDE, noise=0.05, distances=(0.4, 1.0))
+    known = intrinsics._sigma
+
+    def open_if_rational(fit):
+        return known(fit) * (1e3 if fit.lens.model.name == "rational" else 1.0)
+
+    monkeypatch.setattr(intrinsics, "_sigma", open_if_rational)
+    found = calibrate_intrinsics(sightings, BOARD)
+    assert found.lens.model.name != "rational"
+    assert abs(found.camera.focal / camera.focal - 1) < 0.02
 
 
 def test_outlying_pictures_are_removed_with_a_reason():

@@ -5,12 +5,10 @@ import numpy as np
 import pytest
 
 from stereotrack_core.depth.light import (
-    _aligned,
     empty_scene,
     light_of,
     relit,
     shaded,
-    shift_of,
 )
 from stereotrack_core.depth.outline import difference_of, sharp_outline
 from tests.depth.scenes import texture
@@ -84,27 +82,3 @@ def test_a_shadow_keeps_the_structure_and_a_person_does_not():
     found = shaded(light_of(dark.clip(0, 255).astype(np.uint8), scene))
     assert found[28:47, 58:72].mean() > 0.8
     assert found[15:50, 35:45].mean() < 0.2
-
-
-@pytest.mark.parametrize(("size", "least", "most"), [(240, 0.8, 1.0), (96, 0.3, 0.7)])
-def test_a_slope_of_the_gain_is_believed_by_the_pixels_that_show_it(size, least, most):
-    before = EMPTY[:size, :size]
-    slope = 0.85 + 0.3 * np.arange(size) / size
-    now = (before * slope).clip(0, 255).astype(np.uint8)
-    found = light_of(now, empty_scene(before)).log_gain[0]
-    share = (found[-1] - found[0]) / np.log(slope[-1] / slope[0])
-    assert least < share < most
-
-
-@pytest.mark.parametrize(("blur", "found"), [(0.0, 0.0), (0.7, 0.8), (1.45, 1.6), (2.2, 2.5)])
-def test_the_blur_of_a_picture_is_measured(blur, found):
-    seen = cv2.GaussianBlur(EMPTY, (0, 0), blur) if blur else EMPTY
-    assert _aligned(seen, EMPTY, np.ones(EMPTY.shape, dtype=bool))[1] == found
-
-
-@pytest.mark.parametrize("by", [(0.8, -0.6), (-0.5, 0.3)])
-def test_the_shift_of_a_picture_is_measured(by):
-    moved = np.array([[1.0, 0.0, by[0]], [0.0, 1.0, by[1]]])
-    seen = cv2.warpAffine(EMPTY, moved, (320, 240), borderMode=cv2.BORDER_REPLICATE)
-    found = shift_of(seen, EMPTY, np.ones(EMPTY.shape, dtype=bool))
-    np.testing.assert_allclose(found, by, rtol=0.3)

@@ -219,9 +219,9 @@ class BrightPerson:
         bright = picture > 200
         middle = np.argwhere(bright).mean(axis=0)[::-1]
         sure, circle = np.ones(33), np.array([middle, middle - [0.0, 60.0]])
-        points, metres = np.tile(middle, (33, 1)), np.zeros((33, 3))
+        points = np.tile(middle, (33, 1))
         seen = bright.astype(np.float32) if mask else None
-        return DetectedPose(points, sure, sure, 1.0, circle, metres, seen)
+        return DetectedPose(points, sure, sure, 1.0, circle, seen)
 
     def find_people(self, picture, **_):
         middle = np.argwhere(picture > 200).mean(axis=0)[::-1]

@@ -1,3 +1,5 @@
+from contextlib import nullcontext
+
 import cv2
 import numpy as np
 import pytest
@@ -178,3 +180,67 @@ def test_distorted_depth_views_are_resampled_without_mixing_ranges():
     direction = cam.normalised(np.array([159.5, 120.0]))
     g = rectification.geometry
     assert abs(g.focal * direction[0] + g.c_x - u) < 1.0
+
+
+def test_maps_lead_to_the_raw_pixels_that_show_the_same_directions():
+    left, right = rig()
+    found = stereo_rectification(left, right, least_focal=520.0)
+    g, x = found.geometry, right.position_world - left.position_world
+    z = left.camera_from_world.rotation[2] + right.camera_from_world.rotation[2]
+    axes = np.stack([x, np.cross(z, x), np.cross(x, np.cross(z, x))])
+    axes /= np.linalg.norm(axes, axis=1, keepdims=True)
+    np.testing.assert_allclose(g.world_from_depth.rotation, axes.T, atol=1e-12)
+    focal, middle = np.mean([405.0, 403.0, 398.0, 399.0]), np.array([159.5, 119.5])
+    slopes = [axes @ one.rays_world(middle) for one in (left, right)]
+    centres = [middle - focal * one[:2] / one[2] for one in slopes]
+    scale = 520.0 / focal
+    assert g.focal == pytest.approx(520.0)
+    assert g.baseline == pytest.approx(np.linalg.norm(x))
+    assert (g.width, g.height) == (round(scale * 320), round(scale * 240))
+    enlarged = scale * (np.array([*centres[1][:1], np.mean([c[1] for c in centres])]) + 0.5) - 0.5
+    assert (g.c_x, g.c_y) == pytest.approx(tuple(enlarged))
+    assert g.disparity_offset == pytest.approx(scale * (centres[0][0] - centres[1][0]))
+    v, u = np.mgrid[: g.height, : g.width].astype(float)
+    lefts = left, found.left_map, g.c_x + g.disparity_offset
+    for one, taken, c_x in (lefts, (right, found.image_map, g.c_x)):
+        rays = np.stack([(u - c_x) / 520.0, (v - g.c_y) / 520.0, np.ones_like(u)], axis=-1) @ axes
+        raw = one.project(one.position_world + rays)
+        parts = np.stack([taken.fractions % 32, taken.fractions // 32], axis=-1)
+        known = taken.positions + parts / 32
+        near = np.abs(raw) < 500.0
+        np.testing.assert_allclose(known[near], raw[near], atol=0.02)
+        outside = ((raw < 0.0) | (raw > [319.0, 239.0])).any(axis=-1)
+        assert 0.01 < outside.mean() < 0.5
+        np.testing.assert_array_equal(taken.outside, outside)
+        assert np.abs(taken.nearest[near] - raw[near]).max() <= 0.51
+
+
+@pytest.mark.parametrize(
+    ("least", "focal"),
+    [(0.0, 200.0), (248.0, 200.0), (252.0, 252.0), (390.0, 390.0), (900.0, 400.0)],
+)
+def test_pictures_are_enlarged_by_a_quarter_at_least_and_to_twice_at_most(least, focal):
+    kinds = {"focal": (200.0, 200.0)}
+    left, right = camera("left", (-0.12, 0, 1), **kinds), camera("right", (0, 0, 1), **kinds)
+    found = stereo_rectification(left, right, least_focal=least)
+    assert found.geometry.focal == pytest.approx(focal)
+    assert _is_identity(found) == (focal == 200.0)
+
+
+@pytest.mark.parametrize(("off", "unchanged"), [(0.015, True), (0.025, False)])
+def test_what_is_a_fiftieth_of_a_pixel_off_is_rectified_already(off, unchanged):
+    left = camera("left", (-0.12, 0, 1), principal=(159.5, 119.5 + 2.0 * off))
+    assert _is_identity(stereo_rectification(left, camera("right", (0, 0, 1)))) == unchanged
+    alone = depth_rectification(camera("K", (0, 0, 1), focal=(400.0, 400.0 + off * 400.0 / 119.5)))
+    assert (alone.image_map is None) == unchanged
+
+
+@pytest.mark.parametrize(
+    ("apart", "degrees", "refused"),
+    [(0.0009, 0.0, True), (0.0011, 0.0, False), (0.12, 59.0, False), (0.12, 61.0, True)],
+)
+def test_cameras_of_a_pair_are_a_millimetre_apart_and_look_the_same_way(apart, degrees, refused):
+    left = camera("L", (-apart, 0.0, 1.0))
+    right = camera("R", (0.0, 0.0, 1.0), (np.radians(degrees), 0.0, 0.0))
+    with pytest.raises(InputError) if refused else nullcontext():
+        stereo_rectification(left, right)

@@ -3,28 +3,15 @@
 It is given a recording and a folder for its project, and works until it is killed.
 """
 
-import os
 import sys
-import time
 from itertools import cycle
 from pathlib import Path
 
-os.environ["QT_QPA_PLATFORM"] = "offscreen"
-
-from PySide6.QtCore import QPoint, QSettings, Qt
+from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication
 
-from app.widgets.style.theme import apply_theme
 from stereotrack_core.annotation.landmark_set import NINE
-from tests.gui.hands import window_with
-
-
-def until(app: QApplication, condition) -> None:
-    end = time.monotonic() + 60.0
-    while not condition() and time.monotonic() < end:
-        app.processEvents()
-        time.sleep(0.001)
+from tests.gui.window_process import until, window_on
 
 
 def _shows(window, frame: int) -> bool:
@@ -33,21 +20,7 @@ def _shows(window, frame: int) -> bool:
 
 
 def annotate(recording: Path, folder: Path) -> None:
-    app = QApplication(["annotating"])
-    apply_theme(app, "dark")
-    settings = QSettings(str(folder / "settings.ini"), QSettings.Format.IniFormat)
-    settings.setValue("projects_folder", str(folder))
-    settings.setValue("workspace", "annotate")
-    window = window_with(settings)
-    window.show()
-    window.context.session.open(recording)
-    until(
-        app,
-        lambda: (
-            window.context.session.document.frame_set is not None
-            and not window.context.session.project.why_no_edit()
-        ),
-    )
+    app, window = window_on(recording, folder, "annotate")
     for step in cycle(range(window.context.session.document.frame_count)):
         window.context.session.document.go_to(step)
         until(app, lambda step=step: _shows(window, step))

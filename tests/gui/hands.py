@@ -113,12 +113,25 @@ def key(window, code, modifiers=NONE, name="N"):
     QTest.keyClick(view(window, name), code, modifiers)
 
 
-def trigger(window, name):
-    """Choose a command that can be done now."""
+def settle(window, qtbot):
+    """Wait until what was asked for is done and shown."""
+    qtbot.waitUntil(window.context.tasks.settled)
+
+
+def show_workspace(window, qtbot, name):
+    """Show a workspace and wait until all of it is there."""
+    window.context.docks.show_named(name)
+    settle(window, qtbot)
+
+
+def trigger(window, name, qtbot=None):
+    """Choose a command that can be done now; with the bot, wait until what it asks for is done."""
     window.context.actions.refresh()
     action = window.context.actions.action(name)
     assert action.isEnabled(), action.statusTip()
     action.trigger()
+    if qtbot is not None:
+        settle(window, qtbot)
 
 
 def clicks(window, frame=None):
@@ -150,4 +163,4 @@ def annotate_all(window, qtbot, shifts=None):
     for name in ("N", "S"):
         for landmark in NINE.names:
             click_truth(window, landmark, name, (shifts or {}).get((name, landmark), (0.0, 0.0)))
-    qtbot.waitUntil(window.context.tasks.settled, timeout=120_000)
+    qtbot.waitUntil(window.context.tasks.settled)

@@ -52,11 +52,11 @@ def close_window(window: MainWindow) -> None:
     assert not any(thread.is_alive() for thread in left), f"threads outlive the window: {left}"
 
 
-def open_recording(window: MainWindow, qtbot: QtBot, recording: Path) -> None:
+def open_recording(window: MainWindow, qtbot: QtBot, recording: Path, **wanted: Any) -> None:
     """Open it and wait until all of it is painted."""
-    window.context.session.open(recording)
-    qtbot.waitUntil(lambda: window.context.session.document.frame_set is not None, timeout=30_000)
-    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
+    window.context.session.open(recording, **wanted)
+    qtbot.waitUntil(lambda: window.context.session.document.frame_set is not None)
+    qtbot.waitUntil(window.context.tasks.settled)
 
 
 _Key: TypeAlias = tuple[Path, str]
@@ -183,7 +183,7 @@ def _with_another_project(window: MainWindow, qtbot: QtBot, first: _First, proje
     session.changes.tell(Part.LEAVING)  # what works on the runs stops
     session.project.close()
     session.runs.clear()
-    session.document.set_loop(None)
+    session.document.loop = None
     session.document.visit(0)
     docks.timeline.set_visible_range(*first.state["timeline"])
     if docks.workspace != first.state["workspace"]:

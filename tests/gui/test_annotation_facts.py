@@ -5,14 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.features.annotate.clicking.controller import SwapOffers
-from app.features.annotate.clicking.marks import (
-    FrameMarks,
-    body_off_mm,
-    fit_words,
-    limb_rows,
-    marks_of,
-)
+from app.features.annotate.clicking import marks
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.annotation.frame_clicks import (
     FitQuestion,
@@ -52,9 +45,9 @@ def question(recording, clicks, landmark="left_elbow", shown=(N, S)):
 
 
 def test_without_a_calibration_no_fit_is_announced(recording):
-    facts = FrameMarks(0, true_clicks(recording, (N, S)), NINE, "head")
-    assert fit_words(facts) == ("Fitting the body to the clicks …",)
-    (words,) = fit_words(replace(facts, calibrated=False))
+    facts = marks.FrameMarks(0, true_clicks(recording, (N, S)), NINE, "head")
+    assert marks.fit_words(facts) == ("Fitting the body to the clicks …",)
+    (words,) = marks.fit_words(replace(facts, calibrated=False))
     assert words == "No calibration: clicks are kept, and no body is fitted to them."
 
 
@@ -64,7 +57,7 @@ def test_a_body_of_other_lengths_is_off_the_clicks_by_more_than_is_wanted(record
     off = []
     for lengths in (own, replace(own, torso_length=own.torso_length - 0.08)):
         asked = FitQuestion(0, clicks, recording.cameras, NINE, lengths, {}, {}, 10.0, None)
-        off.append(body_off_mm(hints, fitted_body(asked)))
+        off.append(marks.body_off_mm(hints, fitted_body(asked)))
     assert off[0] < 8.0
     assert off[1] > 20.0
 
@@ -75,21 +68,21 @@ def test_what_is_drawn_of_a_fit_is_what_is_known(recording):
     fit = fitted_body(
         FitQuestion(0, clicks, recording.cameras, NINE, AVERAGE, {}, views, 10.0, None)
     )
-    facts, camera = FrameMarks(0, clicks, NINE, "head", fit=fit), recording.cameras[N]
-    assert {mark.limb for mark in marks_of(facts, [camera])[N].model} == set(LIMBS)
+    facts, camera = marks.FrameMarks(0, clicks, NINE, "head", fit=fit), recording.cameras[N]
+    assert {mark.limb for mark in marks.marks_of(facts, [camera])[N].model} == set(LIMBS)
     sigma = np.array([2.0, 25.0, 44.0, 2.0, 131.5, np.nan])
     rough = replace(facts, fit=replace(fit, fit=replace(fit.fit, limb_sigma_deg=sigma)))
-    opacity = {mark.limb: mark.opacity for mark in marks_of(rough, [camera])[N].model}
+    opacity = {mark.limb: mark.opacity for mark in marks.marks_of(rough, [camera])[N].model}
     assert opacity[LIMBS[0]] == opacity[LIMBS[3]] == 1.0
     assert 1.0 > opacity[LIMBS[1]] > opacity[LIMBS[2]] > 0.0
-    assert [value.text for _, value, _ in limb_rows(rough)] == [
+    assert [value.text for _, value, _ in marks.limb_rows(rough)] == [
         *("± 2.0°", "± 25.0°", "± 44.0°", "± 2.0°", "unknown", "unknown")
     ]
     assert not facts.fit_is_old
     later = replace(facts, clicks=(*clicks, Click(0, "N_left", "head", (3.0, 4.0))))
     assert later.fit_is_old
-    assert marks_of(later, [camera])[N].model_is_old
-    assert {words.text for _, _, words in limb_rows(later)} == {"before the last click"}
+    assert marks.marks_of(later, [camera])[N].model_is_old
+    assert {words.text for _, _, words in marks.limb_rows(later)} == {"before the last click"}
     two = tuple(one for one in clicks if one.landmark in ("left_hand", "head", "right_hip"))
     one_view = tuple(one for one in two if one.camera == N)
     asked = FitQuestion(0, one_view, recording.cameras, NINE, AVERAGE, {}, views, 10.0, None)
@@ -97,27 +90,3 @@ def test_what_is_drawn_of_a_fit_is_what_is_known(recording):
     known = {limb for limb, s in zip(LIMBS, unsure.fit.limb_sigma_deg, strict=True) if s <= 45.0}
     assert {mesh.limb for mesh in unsure.meshes} == known != set(LIMBS)
     assert any("unknown" in words for words in unsure.fit.words)
-
-
-def test_an_offer_is_made_once_and_not_again_when_declined(recording):
-    clicks = true_clicks(recording)
-    swapped = {"left_elbow": "right_elbow", "right_elbow": "left_elbow"}
-    mixed = tuple(
-        replace(one, landmark=swapped.get(one.landmark, one.landmark)) if one.camera == S else one
-        for one in clicks
-    )
-    hints = hints_of(question(recording, mixed))
-    done = []
-    offers = SwapOffers(done.append)
-    gone, (message,) = offers.update(hints, {S: "S"})
-    assert gone == ()
-    assert "left elbow and right elbow" in message.what
-    assert "px from the epipolar curves of the other views" in message.what
-    assert message.where == "S, frame 0"
-    assert offers.update(hints, {S: "S"}) == ((), ())
-    message.do()
-    assert done == list(hints.swaps)
-    assert offers.update(hints_of(question(recording, clicks)), {})[0] == (message,)
-    (again,) = offers.update(hints, {S: "S"})[1]
-    offers.decline(again)
-    assert offers.update(hints, {S: "S"}) == ((), ()), "it was declined"

@@ -126,14 +126,20 @@ def test_from_pictures_to_a_file(window, qtbot, monkeypatch, tmp_path, lenses):
     assert page.steps.buttons["lenses"].text().startswith("✓")
     assert page.coverage.shot.title.startswith("N_left")
     # a picture is unticked, and the lenses are to be calculated again
+    height = page.verdict.sizeHint().height()
     tick(page.lenses.tree, page.lenses.tree.item_of(("N_right", gone)))
     assert page.steps.buttons["lenses"].text().startswith("↻")
+    assert page.verdict.words.text().endswith("calculate again.")
+    assert page.verdict.sizeHint().height() == height, "the list stays under the mouse"
     press(page.do_button)
     state = done(qtbot, window)
     assert gone not in state.fits["N_right"].sightings.frames
     assert state.is_done("lenses")
+    tick(page.lenses.tree, page.lenses.tree.item_of(("N_left", gone)))
     press(page.next_button)
-    done(qtbot, window)
+    assert page.next_button.text() == "Next", "what comes next is not known yet"
+    assert gone not in done(qtbot, window).fits["N_left"].sightings.frames
+    assert page.steps.buttons["lenses"].text().startswith("✓"), "calculated with the places"
     assert page.verdict.words.text().endswith("or better.")
     assert f"agree on {len(shared) - 1} boards" in page.verdict.words.text()
     assert len(page.scene.content.boards) == len(done(qtbot, window).boards) > 6

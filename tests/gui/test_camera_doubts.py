@@ -30,7 +30,7 @@ def true_clicks(window, frames, shifted="", by=(0.0, 0.0)):
 
 def place(window, qtbot, clicks):
     window.context.session.project.project.apply(place_clicks(clicks))
-    qtbot.waitUntil(window.context.tasks.settled, timeout=120_000)
+    qtbot.waitUntil(window.context.tasks.settled)
 
 
 def test_the_camera_is_named_wherever_its_clicks_would_be_blamed(four, qtbot):
@@ -51,10 +51,8 @@ def test_the_camera_is_named_wherever_its_clicks_would_be_blamed(four, qtbot):
     told = []  # what the status line says goes by itself
     four.statusBar().messageChanged.connect(told.append)
     four.features.annotate.panels.reference.fit()
-    qtbot.waitUntil(
-        lambda: four.features.annotate.panels.reference.now is not None, timeout=120_000
-    )
-    qtbot.waitUntil(four.context.tasks.settled, timeout=120_000)
+    qtbot.waitUntil(lambda: four.features.annotate.panels.reference.now is not None)
+    qtbot.waitUntil(four.context.tasks.settled)
     now = four.features.annotate.panels.reference.now
     assert words in now.words
     assert now.outliers == ()
@@ -64,21 +62,18 @@ def test_the_camera_is_named_wherever_its_clicks_would_be_blamed(four, qtbot):
 
 
 def test_the_message_comes_once_and_goes_with_its_cause(four, qtbot):
+    session = four.context.session
     clicks = true_clicks(four, range(2), "O_right", (32.0, 24.0))
     place(four, qtbot, clicks)
     assert "O disagrees" in four.messages.text()
     four.messages.dismiss()
     place(four, qtbot, true_clicks(four, [2], "O_right", (32.0, 24.0)))
-    assert four.context.session.cameras.now is not None
+    assert session.cameras.now is not None
     assert four.messages.message is None, "somebody has read it"
-    keys = tuple(
-        one.key
-        for one in four.context.session.project.project.clicks.all()
-        if one.camera == "O_right"
-    )
-    four.context.session.project.project.apply(delete_clicks(keys))
-    qtbot.waitUntil(four.context.tasks.settled, timeout=120_000)
-    assert four.context.session.cameras.now is None
+    keys = tuple(one.key for one in session.project.project.clicks.all() if one.camera == "O_right")
+    session.project.project.apply(delete_clicks(keys))
+    qtbot.waitUntil(four.context.tasks.settled)
+    assert session.cameras.now is None
     assert four.features.calibrate.findings.verdict.text() == "Usable; no problems found."
 
 
@@ -89,7 +84,7 @@ def test_it_is_left_out_by_one_button_and_comes_back_by_undo(four, qtbot):
     (button,) = (one for one in four.messages.findChildren(QAbstractButton) if "out" in one.text())
     assert button.text() == "Leave O out"
     qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
-    qtbot.waitUntil(four.context.tasks.settled, timeout=120_000)
+    qtbot.waitUntil(four.context.tasks.settled)
     assert session.cameras.now is None, "the others agree"
     assert clicking.body.words.text().startswith("Left out: O.")
     fit = clicking.facts.now().fit
@@ -105,8 +100,7 @@ def test_it_is_left_out_by_one_button_and_comes_back_by_undo(four, qtbot):
     assert len(clicked.clicks) == 81
     assert clicked.left_out == ["O_right"]
     assert project.clicks.count() == 108
-    trigger(four, "undo")
-    qtbot.waitUntil(four.context.tasks.settled, timeout=120_000)
+    trigger(four, "undo", qtbot)
     assert not project.marks.unused_cameras()
     assert session.cameras.now is not None
 
@@ -120,20 +114,20 @@ def test_the_panel_has_a_box_for_each_camera_which_leaves_it_out_as_one_step(fou
     assert "O disagrees with the other three by 40 px. Use O. Let the" in shown["O"].toolTip()
     assert [name for name, box in shown.items() if not box.icon().isNull()] == ["O"]
     shown["O"].click()
-    qtbot.waitUntil(four.context.tasks.settled, timeout=120_000)
+    qtbot.waitUntil(four.context.tasks.settled)
     assert session.project.project.marks.unused_cameras() == {"O_right"}
     assert not shown["O"].isChecked()
     assert "disagrees" not in shown["O"].toolTip(), "the others agree"
     four.context.actions.action("undo").trigger()
-    qtbot.waitUntil(four.context.tasks.settled, timeout=120_000)
+    qtbot.waitUntil(four.context.tasks.settled)
     assert not session.project.project.marks.unused_cameras()
     assert shown["O"].isChecked()
 
 
 def test_a_recording_with_a_bad_camera_is_not_called_sound(window, qtbot, shared_recording):
     window.context.session.open(shared_recording("beam-4cam"))
-    qtbot.waitUntil(lambda: window.context.session.document.findings is not None, timeout=120_000)
-    qtbot.waitUntil(window.context.tasks.settled, timeout=120_000)
+    qtbot.waitUntil(lambda: window.context.session.document.findings is not None)
+    qtbot.waitUntil(window.context.tasks.settled)
     assert window.features.calibrate.findings.verdict.text() == "Usable, with 1 warning."
     where = window.features.calibrate.findings.tree.cells.cell(0, 0).text
     assert where == "calibration.toml, view cam03"

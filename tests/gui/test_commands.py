@@ -8,6 +8,7 @@ from PySide6.QtWidgets import QApplication, QDialog, QFileDialog, QToolButton
 from app.services.actions import ActionRegistry
 from app.shell.dialogs import CommandPalette, ShortcutEditor
 from stereotrack_core.tracking.presets import preset
+from tests.gui.kept_window import open_recording
 
 pytestmark = pytest.mark.window
 
@@ -19,12 +20,12 @@ def dialog_of(kind):
 
 def test_the_palette_finds_and_does(opened, qtbot):
     QTest.keyClick(opened, Qt.Key.Key_K, Qt.KeyboardModifier.ControlModifier)
-    qtbot.waitUntil(lambda: dialog_of(CommandPalette) is not None, timeout=5_000)
+    qtbot.waitUntil(lambda: dialog_of(CommandPalette) is not None)
     palette = dialog_of(CommandPalette)
     qtbot.keyClicks(palette.search, "last frame")
     assert palette._current().title == "Last frame"
     qtbot.keyClick(palette.search, Qt.Key.Key_Return)
-    qtbot.waitUntil(lambda: opened.context.session.document.frame == 7, timeout=5_000)
+    qtbot.waitUntil(lambda: opened.context.session.document.frame == 7)
 
 
 def test_the_palette_says_why_something_cannot_be_done(window, qtbot):
@@ -155,32 +156,25 @@ def trigger_everything(window, qtbot, besides=()):
 
 
 def test_every_command_in_every_state(window, qtbot, failures, small_recording, silent_dialogs):
+    session = window.context.session
     welcome = trigger_everything(window, qtbot)
     assert "open" in welcome
-    window.context.session.open(small_recording)
-    qtbot.waitUntil(lambda: window.context.session.document.frame_set is not None, timeout=30_000)
-    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
+    open_recording(window, qtbot, small_recording)
     tracking = {"run", "step", "run_here", "run_selection"}
-    window.context.session.track.choose("accurate", preset("accurate").replaced(**LESS))
+    session.track.choose("accurate", preset("accurate").replaced(**LESS))
     quiet = trigger_everything(window, qtbot, besides=tracking)
     assert len(quiet) > 50
-    window.context.session.track.choose("accurate", preset("accurate").replaced(**LESS))
-    window.context.session.track.first_pose = "tpose"
+    session.track.choose("accurate", preset("accurate").replaced(**LESS))
+    session.track.first_pose = "tpose"
     window.context.actions.action("step").trigger()
-    qtbot.waitUntil(
-        lambda: (
-            window.context.session.track.paused
-            and len(window.context.session.track.entry.frames) == 1
-        ),
-        timeout=60_000,
-    )
+    qtbot.waitUntil(lambda: session.track.paused and len(session.track.entry.frames) == 1)
     paused = trigger_everything(window, qtbot, besides={"remove_run"})
     assert tracking - {"run_selection"} <= set(paused) | {"run_here", "step"}
-    window.context.session.track.pause()
-    qtbot.waitUntil(lambda: not window.context.session.track.running, timeout=60_000)
-    window.context.session.track.stop()
-    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
-    there = not window.context.session.no_run()  # a command may take it away, another one back
+    session.track.pause()
+    qtbot.waitUntil(lambda: not session.track.running)
+    session.track.stop()
+    qtbot.waitUntil(window.context.tasks.settled)
+    there = not session.no_run()  # a command may take it away, another one back
     idle = trigger_everything(window, qtbot, besides=tracking)
     assert "save_run" in idle or not there
     assert not failures
@@ -193,7 +187,7 @@ def test_something_wrong_inside_is_said_without_a_traceback(window, qtbot, failu
         "app.session.messages.LOG.error", lambda *a, **k: failed.append(k["exc_info"][1])
     )
     QTimer.singleShot(0, lambda: 1 / 0)
-    qtbot.waitUntil(lambda: bool(failures), timeout=5_000)
+    qtbot.waitUntil(lambda: bool(failures))
     message = failures.pop()
     window.messages.show_message(message)
     assert "Unexpected error in the program" in window.messages.text()

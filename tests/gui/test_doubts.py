@@ -111,7 +111,7 @@ def test_the_status_line_never_calls_a_limb_certain_that_is_off_the_reference(op
     add_run(opened, "wild", wild=(3,))
     for shown, words in ((2, "limbs within "), (3, "° off the reference, not flagged")):
         opened.context.session.document.go_to(shown)
-        qtbot.waitUntil(opened.context.tasks.settled, timeout=60_000)
+        qtbot.waitUntil(opened.context.tasks.settled)
         opened.context.actions.refresh()
         assert words in opened.status.state.text()
         assert "certain" not in opened.status.state.text()

@@ -16,7 +16,7 @@ from stereotrack_core.evaluation.failure_segments.reasons import Reason
 from stereotrack_core.study.description import Study, StudyRecording
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.tuning.remedy import Change
-from tests.gui.hands import frames_shown, trigger
+from tests.gui.hands import frames_shown, settle, trigger
 from tests.gui.made_runs import add_run
 
 pytestmark = pytest.mark.window
@@ -32,13 +32,6 @@ def reviewing(opened, qtbot):
     add_run(opened, "wild", off=0.05, wild=(1, 2, 3))
     settle(opened, qtbot)
     return opened
-
-
-def settle(window, qtbot):
-    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
-    qtbot.waitUntil(
-        lambda: window.context.tasks.settled() and not window.context.tasks.tasks, timeout=60_000
-    )
 
 
 def rows(window):
@@ -73,7 +66,7 @@ def test_keys_go_to_the_worst_frame_and_a_loop_stays_in_the_failure(reviewing, q
     seen = frames_shown(reviewing)
     QTest.keyClick(reviewing, Qt.Key.Key_Space, SHIFT)
     assert reviewing.context.session.document.loop == range(7)
-    qtbot.waitUntil(lambda: 6 in seen and 0 in seen[seen.index(6) :], timeout=10_000)
+    qtbot.waitUntil(lambda: 6 in seen and 0 in seen[seen.index(6) :])
     assert max(seen) == 6
     QTest.keyClick(reviewing, Qt.Key.Key_Space, SHIFT)
     assert reviewing.context.session.document.loop is None

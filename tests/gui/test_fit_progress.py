@@ -29,22 +29,20 @@ def test_a_fit_that_takes_long_is_seen_to_work_and_can_be_cancelled(annotating, 
     window.context.actions.refresh()
     assert "(under a second)" in window.context.actions.action("annotate-fit").text()
     trigger(window, "annotate-fit")
-    qtbot.waitUntil(
-        lambda: "forward and backward pass" in window.status.state.text(), timeout=60_000
-    )
+    qtbot.waitUntil(lambda: "forward and backward pass" in window.status.state.text())
     assert "fitting the body to the clicks" in window.status.state.text()
     assert window.status.progress.isVisible()
     assert (window.status.progress.minimum(), window.status.progress.maximum()) == (0, 0), (
         "busy: no end known"
     )
     first = window.status.state.text()
-    qtbot.waitUntil(lambda: window.status.state.text() != first, timeout=10_000)
+    qtbot.waitUntil(lambda: window.status.state.text() != first)
     (child,) = (one for one in multiprocessing.active_children() if one not in before)
     QTest.mouseClick(window.status.cancel, LEFT)
-    qtbot.waitUntil(lambda: not window.features.annotate.panels.reference.fitting, timeout=10_000)
+    qtbot.waitUntil(lambda: not window.features.annotate.panels.reference.fitting)
     assert not child.is_alive(), "nothing goes on computing"
     assert window.context.session.project.project.references.names() == ()
-    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
+    qtbot.waitUntil(window.context.tasks.settled)
     assert not window.status.progress.isVisible()
     assert window.messages.text() == ""
 
@@ -53,7 +51,7 @@ def test_suggestions_come_at_once_from_the_clicked_frames_alone(annotating, qtbo
     window, panels = annotating, annotating.features.annotate.panels
     annotate_all(window, qtbot)
     key(window, Qt.Key.Key_J)
-    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
+    qtbot.waitUntil(window.context.tasks.settled)
     assert window.context.session.project.project.references.names() == (), "no whole fit"
     assert window.context.session.document.frame > 0, "it goes where nothing is known"
     first = panels.next_panel.tree.cells.rows[0]
@@ -61,7 +59,7 @@ def test_suggestions_come_at_once_from_the_clicked_frames_alone(annotating, qtbo
     rows = (panels.next_panel.tree.cells.cell(0, column).text for column in range(5))
     assert "all" in [*rows], "not some hundreds of degrees"
     window.context.session.document.visit(first.frame)
-    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
+    qtbot.waitUntil(window.context.tasks.settled)
     annotate_all(window, qtbot)
     assert all(one.frame != first.frame or one.kind != "unknown"
                for one in panels.next_panel.tree.cells.rows)  # fmt: skip

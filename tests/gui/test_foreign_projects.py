@@ -54,7 +54,7 @@ def opened_without_harm(window, qtbot, path) -> str:
     window.messages.clear()
     told = heard(window)
     window.context.session.open(path)
-    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
+    qtbot.waitUntil(window.context.tasks.settled)
     said = window.messages.text()
     if window.context.session.document.recording is not None:
         window.context.docks.show_named("annotate")
@@ -62,8 +62,7 @@ def opened_without_harm(window, qtbot, path) -> str:
             window.context.session.document.go_to(frame)
         for action in ("undo", "undo", "redo"):
             window.context.actions.refresh()
-            trigger(window, action)
-        qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
+            trigger(window, action, qtbot)
         said += window.messages.text()
     window.context.session.project.give_up()
     said += "".join(message.sentence() for message in told)

@@ -20,6 +20,7 @@ from stereotrack_core.project.project import Project
 from stereotrack_core.recording.keypoints import keypoints_of, rows_of
 from stereotrack_core.recording.landmarks import LANDMARKS
 from tests.gui.hands import trigger
+from tests.gui.kept_window import open_recording
 from tests.pose_model.installed import installed_detector
 from tests.simulated_keypoints import KeypointErrors, simulated_keypoints
 from tests.tracking.keypoints.mono import mono_recording, truth
@@ -39,10 +40,7 @@ def opened(window, qtbot, tmp_path):
         file.write("2,N,tail,3.0,2.0,0.25,0,x\n99,N,nose,3.0,2.0,0.25,0,x\n")
     path = tmp_path / "mono.stereotrack"
     Project.create(path, recording.folder, who="A").close()
-    session = window.context.session
-    session.open(path)
-    qtbot.waitUntil(lambda: session.document.frame_set is not None)
-    qtbot.waitUntil(window.context.tasks.settled)
+    open_recording(window, qtbot, path)
     return window
 
 
@@ -86,13 +84,11 @@ def test_files_are_told_imported_undone_and_removed(opened, qtbot, tmp_path):
     tile = window.context.docks.views.tiles["N"].camera
     assert {mark.landmark for mark in tile.marks.predictions} >= {"left_elbow", "left_hand"}
 
-    trigger(window, "undo")
-    qtbot.waitUntil(window.context.tasks.settled)
+    trigger(window, "undo", qtbot)
     assert project.keypoints.sources() == {}
     assert not project.predictions.of_source("rtm")
     assert not action("run").isEnabled()
-    trigger(window, "redo")
-    qtbot.waitUntil(window.context.tasks.settled)
+    trigger(window, "redo", qtbot)
     assert project.keypoints.sources() == {"rtm": count}
     assert len(project.predictions.of_source("rtm")) == len(proposed)
 
@@ -106,8 +102,7 @@ def test_files_are_told_imported_undone_and_removed(opened, qtbot, tmp_path):
     assert session.edits.to_undo().words == "remove predictions of rtm"
     trigger(window, "undo")
     trigger(window, "redo")
-    trigger(window, "undo")
-    qtbot.waitUntil(window.context.tasks.settled)
+    trigger(window, "undo", qtbot)
     assert project.keypoints.sources() == {"rtm": count}
 
 
@@ -157,8 +152,7 @@ def slow_disk(monkeypatch):
 def redone(opened, qtbot, slow_disk, tmp_path):
     """The window in which an import was undone and redone, which the disk does not have yet."""
     imported(opened, qtbot, tmp_path)
-    trigger(opened, "undo")
-    qtbot.waitUntil(opened.context.tasks.settled)
+    trigger(opened, "undo", qtbot)
     assert kept_in(tmp_path) == {}
     slow_disk.clear()
     for _ in range(2):
@@ -231,8 +225,7 @@ def filled(window, qtbot, frames=None):
     """Fill the frame that is shown, or these, from the detector; all its predictions."""
     window.context.docks.timeline.set_selection(frames)
     qtbot.waitUntil(window.context.tasks.settled)
-    trigger(window, "annotate-detect")
-    qtbot.waitUntil(window.context.tasks.settled)
+    trigger(window, "annotate-detect", qtbot)
     return predicted(window)
 
 
@@ -257,12 +250,10 @@ def test_the_first_frame_is_filled_from_the_detector_without_any_click(opened, d
     assert {mark.landmark for mark in tile.marks.predictions} >= {"left_elbow", "left_hand"}
     assert f"{len(first)} landmarks predicted" in window.statusBar().currentMessage()
     assert session.edits.to_undo().words == "fill from detector in frame 0"
-    trigger(window, "undo")
-    qtbot.waitUntil(window.context.tasks.settled)
+    trigger(window, "undo", qtbot)
     assert predicted(window) == set()
     assert project.keypoints.sources() == {}
-    trigger(window, "redo")
-    qtbot.waitUntil(window.context.tasks.settled)
+    trigger(window, "redo", qtbot)
     assert predicted(window) == first
 
     both = filled(window, qtbot, range(2, 4))

@@ -12,7 +12,8 @@ from stereotrack_core.recording.calibration import write_calibration
 from stereotrack_core.recording.importing.making import cameras_for
 from stereotrack_core.recording.importing.proposing import propose
 from stereotrack_core.recording.importing.sources import look_at
-from tests.gui.test_opening_files import drop, settle
+from tests.gui.hands import settle
+from tests.gui.test_opening_files import drop
 from tests.recording.importing.clips import clip, flashing, images
 
 pytestmark = pytest.mark.window
@@ -38,7 +39,7 @@ def wizard_of(window, qtbot):
         qtbot.waitUntil(lambda: window.findChild(ImportWizard) is not None)
         wizard = window.findChild(ImportWizard)
         qtbot.waitUntil(wizard.isVisible)
-        settle(qtbot, window)
+        settle(window, qtbot)
         return wizard
 
     yield shown
@@ -63,7 +64,7 @@ def to_the_end(wizard):
 
 def recording_of(window, qtbot):
     qtbot.waitUntil(lambda: window.context.session.document.recording is not None)
-    settle(qtbot, window)
+    settle(window, qtbot)
     return window.context.session.document.recording
 
 

@@ -21,34 +21,30 @@ FRAME = 2
 
 def look(window, qtbot):
     QTest.keyClick(window, Qt.Key.Key_F12)
-    qtbot.waitUntil(lambda: window.context.session.inspection.known is not None, timeout=60_000)
-    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
+    qtbot.waitUntil(lambda: window.context.session.inspection.known is not None)
+    qtbot.waitUntil(window.context.tasks.settled)
 
 
 @pytest.fixture
 def with_run(newly_opened, qtbot):
     """The window with a run of two frames by the thesis's tracker."""
-    recording, settings = newly_opened.context.session.document.recording, preset("thesis")
-    newly_opened.context.session.track.settings = settings
+    session = newly_opened.context.session
+    recording, settings = session.document.recording, preset("thesis")
+    session.track.settings = settings
     body = body_model(proportions_of(recording.subject), settings.body)
     cameras = cameras_of(recording, usable_views(recording, None))
     frames, state = {}, None
     model = model_for(body, settings, cameras, recording.fps, 0)
     for frame in (FRAME - 1, FRAME):
-        newly_opened.context.session.clouds.ask(frame)
-        qtbot.waitUntil(
-            lambda frame=frame: newly_opened.context.session.clouds.cloud(frame) is not None,
-            timeout=60_000,
-        )
-        cloud = newly_opened.context.session.clouds.cloud(frame)
+        session.clouds.ask(frame)
+        qtbot.waitUntil(lambda frame=frame: session.clouds.cloud(frame) is not None)
+        cloud = session.clouds.cloud(frame)
         state = beginning_at(model, cloud)[0] if state is None else state
         state, estimate = model.step(state, cloud)
         frames[frame] = TrackedFrame(frame, estimate, np.full((9, 3), np.nan), cloud, {})
-    newly_opened.context.session.runs.add(
-        RunEntry("stored", "thesis", settings, body, range(1, 3), frames)
-    )
-    newly_opened.context.session.document.go_to(FRAME)
-    qtbot.waitUntil(newly_opened.context.tasks.settled, timeout=60_000)
+    session.runs.add(RunEntry("stored", "thesis", settings, body, range(1, 3), frames))
+    session.document.go_to(FRAME)
+    qtbot.waitUntil(newly_opened.context.tasks.settled)
     return newly_opened
 
 
@@ -78,7 +74,7 @@ def test_keys_go_through_the_steps_and_each_is_shown(with_run, qtbot):
         if inside.index == len(inside.known.steps) - 1:
             break
         QTest.keyClick(window, Qt.Key.Key_F7)
-        qtbot.waitUntil(window.context.tasks.settled, timeout=30_000)
+        qtbot.waitUntil(window.context.tasks.settled)
     assert seen[:6] == ["predict", "points", "pairs", "sigma", "cross", "correct"]
     assert seen[-2:] == ["collisions", "result"]
     assert len(seen) == 1 + 4 * 5 + 2
@@ -92,26 +88,24 @@ def test_the_step_stays_when_another_frame_is_shown_and_the_run_comes_back(with_
     inside = window.context.session.inspection
     window.features.inspect.toggle()
     assert inside.known is None, "the tracker's step is done in a thread of its own"
-    qtbot.waitUntil(lambda: inside.known is not None, timeout=60_000)
-    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
-    qtbot.waitUntil(lambda: dock("inside").height() > heights[1] + 100, timeout=5_000)
+    qtbot.waitUntil(lambda: inside.known is not None)
+    qtbot.waitUntil(window.context.tasks.settled)
+    qtbot.waitUntil(lambda: dock("inside").height() > heights[1] + 100)
     inside.go(4)
     assert inside.step.kind == "cross"
     QTest.keyClick(window, Qt.Key.Key_Left)
     qtbot.waitUntil(
-        lambda: inside.known.done.trace.frame == FRAME - 1 and window.context.tasks.settled(),
-        timeout=60_000,
+        lambda: inside.known.done.trace.frame == FRAME - 1 and window.context.tasks.settled()
     )
     assert (inside.step.kind, inside.step.correction) == ("cross", 0)
     assert "pose of this frame" in inside.known.done.words
     QTest.keyClick(window, Qt.Key.Key_F12)
-    qtbot.waitUntil(window.context.tasks.settled, timeout=30_000)
+    qtbot.waitUntil(window.context.tasks.settled)
     assert window.context.view_state.drawing is None
     assert "Measuring" not in window.features.inspect.panel.nothing.text()
     assert window.context.docks.views.tiles["N"].camera.picture.overlay.inside is None
     qtbot.waitUntil(
-        lambda: [dock(name).height() for name in ("scene", "inside", "plot")] == heights,
-        timeout=5_000,
+        lambda: [dock(name).height() for name in ("scene", "inside", "plot")] == heights
     )
     pose = window.context.session.runs.active.at(FRAME - 1).pose
     assert pose is not None

@@ -23,7 +23,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from tests.gui.hands import CTRL, NONE, view
+from tests.gui.hands import CTRL, NONE, show_workspace, view
 
 pytestmark = pytest.mark.window
 
@@ -101,8 +101,7 @@ def walked(window, keys=Qt.Key.Key_Tab):
 
 def test_tab_reaches_views_and_toolbars_and_nothing_that_is_hidden(opened, qtbot):
     docks = opened.context.docks
-    docks.show_named("review")
-    qtbot.waitUntil(opened.context.tasks.settled)
+    show_workspace(opened, qtbot, "review")
     view(opened, "N").setFocus()
     reached = walked(opened)
     assert view(opened, "S") in reached
@@ -122,8 +121,7 @@ def test_tab_reaches_views_and_toolbars_and_nothing_that_is_hidden(opened, qtbot
 
 def test_f6_walks_the_views_and_the_panels_that_are_seen(opened, qtbot):
     docks = opened.context.docks
-    docks.show_named("review")
-    qtbot.waitUntil(opened.context.tasks.settled)
+    show_workspace(opened, qtbot, "review")
     view(opened, "N").setFocus()
 
     def where():
@@ -194,8 +192,7 @@ def test_single_keys_mean_the_same_while_the_scene_has_the_focus(opened, qtbot):
 
 def test_the_keys_of_a_command_that_cannot_be_done_say_why(opened, qtbot):
     docks, said = opened.context.docks, opened.statusBar().currentMessage
-    docks.show_named("review")
-    qtbot.waitUntil(opened.context.tasks.settled)
+    show_workspace(opened, qtbot, "review")
     assert not opened.context.actions.action("next_failure").isEnabled()
     view(opened, "N").setFocus()
     QTest.keyClick(view(opened, "N"), Qt.Key.Key_N, Qt.KeyboardModifier.ShiftModifier)

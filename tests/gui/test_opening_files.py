@@ -14,7 +14,7 @@ from stereotrack_core.interop.run_file import write_run
 from stereotrack_core.recording.folder import fingerprint, open_recording
 from stereotrack_core.recording.reader import FrameReader
 from tests.gui.conftest import FRAMES
-from tests.gui.hands import trigger
+from tests.gui.hands import settle, trigger
 from tests.gui.kept_window import open_recording as show_recording
 from tests.gui.made_runs import made_run
 
@@ -56,17 +56,13 @@ def drop(window, *paths):
     return entering.isAccepted()
 
 
-def settle(qtbot, window):
-    qtbot.waitUntil(window.context.tasks.settled)
-
-
 def shows(qtbot, window, folder):
     def there():
         recording = window.context.session.document.recording
         return recording is not None and recording.folder.resolve() == folder.resolve()
 
     qtbot.waitUntil(there)
-    settle(qtbot, window)
+    settle(window, qtbot)
 
 
 def accept_offer(qtbot, window):
@@ -86,7 +82,7 @@ def test_a_run_file_opens_with_its_recording(window, qtbot, folder, run_file):
     shows(qtbot, window, folder)
     assert runs(window) == ["first"]
     assert drop(window, run_file)
-    settle(qtbot, window)
+    settle(window, qtbot)
     assert runs(window) == ["first", "first"]
     assert window.context.session.document.recording.folder.resolve() == folder.resolve()
 

@@ -18,6 +18,7 @@ from stereotrack_core.project.clicks import place_clicks
 from stereotrack_core.recording.calibration import write_calibration
 from stereotrack_core.recording.folder import open_recording
 from stereotrack_core.recording.landmarks import LANDMARKS
+from tests.gui import kept_window
 from tests.gui.hands import trigger
 from tests.tracking.keypoints.mono import mono_recording, truth
 
@@ -32,10 +33,7 @@ def plain(window, qtbot, tmp_path):
     guess = {name: replace(one, camera_from_world=true["N"].camera_from_world)
              for name, one in true.items()}  # fmt: skip
     write_calibration(tmp_path / "mono" / "calibration.toml", guess, guessed=True)
-    session = window.context.session
-    session.open(tmp_path / "mono", workspace="annotate")
-    qtbot.waitUntil(lambda: session.document.frame_set is not None)
-    qtbot.waitUntil(window.context.tasks.settled)
+    kept_window.open_recording(window, qtbot, tmp_path / "mono", workspace="annotate")
     assert "guessed from the size of the images" in window.messages.text()
     return true
 

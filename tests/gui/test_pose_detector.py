@@ -23,14 +23,14 @@ def install(window, folder, qtbot, monkeypatch):
     def made(path):
         monkeypatch.setattr(QFileDialog, "getOpenFileName", lambda *_, **__: (str(path), ""))
         trigger(window, "install_detector")
-        qtbot.waitUntil(lambda: bool(QApplication.activeModalWidget()), timeout=5_000)
+        qtbot.waitUntil(lambda: bool(QApplication.activeModalWidget()))
         box = QApplication.activeModalWidget()
         assert isinstance(box, QMessageBox)
         assert faults_of(box) == []
         words = box.informativeText()
         button = next(one for one in box.buttons() if one.text() == "From file …")
         qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
-        qtbot.waitUntil(lambda: not window.features.detector.job.busy, timeout=30_000)
+        qtbot.waitUntil(lambda: not window.features.detector.job.busy)
         return words
 
     return made

@@ -23,8 +23,7 @@ BETWEEN = range(1, 7)
 
 
 def done(window, qtbot, name):
-    trigger(window, name)
-    qtbot.waitUntil(window.context.tasks.settled, timeout=120_000)
+    trigger(window, name, qtbot)
 
 
 def truth(window, frame, landmark, camera):
@@ -60,7 +59,7 @@ def clicked(annotating, qtbot):
     click_frames(annotating, (0, 7))
     annotating.context.docks.timeline.set_selection(BETWEEN)
     annotating.features.annotate.panels._show_selection()
-    qtbot.waitUntil(annotating.context.tasks.settled, timeout=60_000)
+    qtbot.waitUntil(annotating.context.tasks.settled)
     return annotating
 
 
@@ -86,7 +85,7 @@ def test_a_stretch_is_proposed_drawn_and_taken_as_one_edit(clicked, qtbot):
     assert max(off_px(clicked, kept)) < 2.0
     assert project.clicks.count() == before
     clicked.context.session.document.go_to(4)
-    qtbot.waitUntil(clicked.context.tasks.settled, timeout=60_000)
+    qtbot.waitUntil(clicked.context.tasks.settled)
     lanes = {lane.id: lane.values for lane in clicked.context.docks.timeline.lanes}
     assert lanes["head"][5] == Mark.PROPOSED, "hatched"
     drawn = {mark.landmark for mark in view(clicked).marks.predictions}
@@ -125,8 +124,8 @@ def test_the_tracker_s_run_is_proposed_and_told_to_next(clicked, qtbot):
     )
     trigger(clicked, "run")
     assert clicked.features.annotate.predicting.run is None, "it still grows"
-    qtbot.waitUntil(lambda: clicked.context.session.track.entry is None, timeout=120_000)
-    qtbot.waitUntil(clicked.context.tasks.settled, timeout=60_000)
+    qtbot.waitUntil(lambda: clicked.context.session.track.entry is None)
+    qtbot.waitUntil(clicked.context.tasks.settled)
     entry = clicked.context.session.runs.active
     told = clicked.features.annotate.panels.next._run
     np.testing.assert_array_equal(told.points, entry.trajectory().points)
@@ -166,10 +165,10 @@ def test_it_can_be_stopped_and_keeps_nothing_then(clicked, qtbot, monkeypatch):
     monkeypatch.setattr(prefilling, "fit_filling", slowly)
     trigger(clicked, "annotate-fill-fit")
     assert work.busy
-    qtbot.waitUntil(lambda: len(made) > 0, timeout=30_000)
+    qtbot.waitUntil(lambda: len(made) > 0)
     clicked.context.tasks.cancel_all()
     cancelled.set()
-    qtbot.waitUntil(lambda: not work.busy, timeout=30_000)
-    qtbot.waitUntil(clicked.context.tasks.settled, timeout=60_000)
+    qtbot.waitUntil(lambda: not work.busy)
+    qtbot.waitUntil(clicked.context.tasks.settled)
     assert made == [range(1, 3)]
     assert clicked.context.session.project.project.predictions.of_source(FIT) == ()

@@ -25,13 +25,13 @@ def folder(small_recording, tmp_path):
 
 
 def ready(qtbot, window):
-    qtbot.waitUntil(lambda: window.context.session.document.recording is not None, timeout=30_000)
-    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
+    qtbot.waitUntil(lambda: window.context.session.document.recording is not None)
+    qtbot.waitUntil(window.context.tasks.settled)
 
 
 def open_path(qtbot, window, path):
     window.context.session.open(path)
-    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
+    qtbot.waitUntil(window.context.tasks.settled)
     ready(qtbot, window)
 
 
@@ -65,7 +65,7 @@ def test_a_project_file_opens_its_recording(window, qtbot, folder, tmp_path):
     buttons, keys = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
     copy = Qt.DropAction.CopyAction
     window.dropEvent(QDropEvent(QPointF(200, 200), copy, data, buttons, keys))
-    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
+    qtbot.waitUntil(window.context.tasks.settled)
     ready(qtbot, window)
     assert window.context.session.project.path == path
     assert window.context.session.document.recording.folder.resolve() == folder.resolve()
@@ -145,6 +145,7 @@ def test_a_recording_that_has_moved_is_asked_for(window, qtbot, folder, tmp_path
 def test_another_recording_is_not_taken_unasked(
     window, qtbot, folder, small_recording, tmp_path, monkeypatch
 ):
+    session = window.context.session
     path = tmp_path / "mine.stereotrack"
     Project.create(path, folder).close()
     other = shutil.copytree(small_recording, tmp_path / "others" / "other")
@@ -162,14 +163,11 @@ def test_another_recording_is_not_taken_unasked(
         return QMessageBox.StandardButton.Cancel
 
     monkeypatch.setattr(QMessageBox, "question", cancel)
-    window.context.session.open(path)
-    qtbot.waitUntil(
-        lambda: bool(questions) or window.context.session.document.recording is not None,
-        timeout=20_000,
-    )
+    session.open(path)
+    qtbot.waitUntil(lambda: bool(questions) or session.document.recording is not None)
     assert questions
     assert "not the recording" in questions[0]
-    assert window.context.session.document.recording is None
+    assert session.document.recording is None
     Project.open(path).close()  # nobody holds it any more
 
 
@@ -179,7 +177,7 @@ def test_undo_names_the_edit_and_goes_to_its_frame(window, qtbot, folder):
     assert "nothing to undo" in book.command("undo").why_not()
     clicked(window, frame=2)
     clicked(window, frame=6, landmark="left_hand")
-    qtbot.waitUntil(lambda: book.action("undo").isEnabled(), timeout=5_000)
+    qtbot.waitUntil(lambda: book.action("undo").isEnabled())
     assert book.action("undo").text() == "Undo Place left hand in N_right, frame 6"
     window.context.session.document.go_to(1)
     window.activateWindow()

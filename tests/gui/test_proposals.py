@@ -23,6 +23,7 @@ from tests.gui.hands import (
     key,
     point,
     point_and_click,
+    settle,
     truth,
     undo_words,
     view,
@@ -31,10 +32,6 @@ from tests.gui.hands import (
 pytestmark = pytest.mark.window
 
 VIEWS = "NOSW"
-
-
-def settle(window, qtbot):
-    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
 
 
 def click_all_but_one(window, frame=0):

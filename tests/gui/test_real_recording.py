@@ -10,7 +10,7 @@ from PySide6.QtCore import QPointF, Qt
 from PySide6.QtTest import QTest
 
 from stereotrack_core.annotation.landmark_set import NINE
-from tests.gui.hands import CTRL, LEFT, key
+from tests.gui.hands import CTRL, LEFT, key, show_workspace
 
 pytestmark = pytest.mark.window
 
@@ -46,9 +46,8 @@ FRAMES = {
 @pytest.fixture
 def seated(window, qtbot, shared_recording):
     window.context.session.open(shared_recording("seated-4cam"))
-    qtbot.waitUntil(lambda: window.context.session.document.frame_set is not None, timeout=60_000)
-    window.context.docks.show_named("annotate")
-    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
+    qtbot.waitUntil(lambda: window.context.session.document.frame_set is not None)
+    show_workspace(window, qtbot, "annotate")
     return window
 
 
@@ -59,7 +58,7 @@ def go_by_keys(window, qtbot, frame):
         code = Qt.Key.Key_Right if further > 0 else Qt.Key.Key_Left
         modifier = Qt.KeyboardModifier.ShiftModifier if ten else Qt.KeyboardModifier.NoModifier
         key(window, code, modifier, "cam_0")
-    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
+    qtbot.waitUntil(window.context.tasks.settled)
 
 
 def annotate(window, qtbot, frame):
@@ -75,7 +74,7 @@ def annotate(window, qtbot, frame):
             pixel = view.pixel_at(QPointF(spot))
             assert abs(pixel.x() - x) < 2.0
             placed[camera, landmark] = (pixel.x(), pixel.y())
-    qtbot.waitUntil(window.context.tasks.settled, timeout=120_000)
+    qtbot.waitUntil(window.context.tasks.settled)
     return placed
 
 

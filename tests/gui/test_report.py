@@ -24,7 +24,7 @@ def test_the_report_is_made_in_the_background(with_run, qtbot, tmp_path):
     path = tmp_path / "page.html"
     with_run.features.files.reports.make(path)
     assert with_run.features.files.reports.job.busy
-    qtbot.waitUntil(lambda: not with_run.features.files.reports.job.busy, timeout=120_000)
+    qtbot.waitUntil(lambda: not with_run.features.files.reports.job.busy)
     assert path.is_file()
     message = with_run.messages.message
     assert message is not None

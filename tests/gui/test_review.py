@@ -3,7 +3,7 @@
 import pytest
 from PySide6.QtCore import QPointF, Qt
 
-from tests.gui.hands import trigger
+from tests.gui.hands import settle, show_workspace, trigger
 from tests.gui.made_runs import add_run
 
 pytestmark = pytest.mark.window
@@ -16,20 +16,15 @@ def reviewing(opened, qtbot):
     """The Review workspace with two runs: one good, one wild in frames 5 and 6."""
     add_run(opened, "wild", off=0.1, wild=(5, 6))
     add_run(opened, "good", off=0.05)
-    opened.context.docks.show_named("review")
-    qtbot.waitUntil(opened.context.tasks.settled, timeout=60_000)
+    show_workspace(opened, qtbot, "review")
     return opened
 
 
 def show(window, qtbot, name):
     window.context.docks.dock(name).raise_()
     window.context.docks.dock(name).show()
-    qtbot.waitUntil(window.context.docks.dock(name).widget().isVisible, timeout=5_000)
+    qtbot.waitUntil(window.context.docks.dock(name).widget().isVisible)
     settle(window, qtbot)
-
-
-def settle(window, qtbot):
-    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
 
 
 def test_numbers_of_the_runs_are_of_the_selection(reviewing, qtbot):

@@ -62,16 +62,14 @@ def test_portraits_stand_in_a_row_and_landscapes_in_two(
     window = shared_window(four_portraits, "annotate")
     assert rows(window) == [["N", "O", "S", "W"]]
     assert picture_share(window) > 0.3
-    trigger(window, "arrange_one-and-more")
-    qtbot.waitUntil(window.context.tasks.settled)
+    trigger(window, "arrange_one-and-more", qtbot)
     sizes = {name: view(window, name).size() for name in "NOSW"}
     assert all(2 * sizes[name].height() <= sizes["N"].height() for name in "OSW")
     assert picture_share(window) > 0.2, "the small ones stand beside each other where it helps"
     window.context.view_state.activate("S")
     QApplication.processEvents()
     assert rows(window)[0][0] == "S"
-    trigger(window, "arrange_grid")
-    qtbot.waitUntil(window.context.tasks.settled)
+    trigger(window, "arrange_grid", qtbot)
     assert rows(window) == [["N", "O", "S", "W"]]
     window = shared_window(four_views, "annotate")
     assert rows(window) == [["N", "O"], ["S", "W"]]

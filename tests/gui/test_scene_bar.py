@@ -38,7 +38,7 @@ def test_every_layer_has_a_button_that_switches_it(opened, qtbot):
 
 def test_the_scene_says_what_the_colours_of_its_points_mean(opened, qtbot):
     opened.context.docks.show_named("track")
-    qtbot.waitUntil(opened.context.tasks.settled, timeout=60_000)
+    qtbot.waitUntil(opened.context.tasks.settled)
     add_run(opened, "good", off=0.05)
     scene, views = opened.context.docks.scene, tuple(opened.context.docks.views.tiles)
     colours = {action.objectName(): action for action in menus(opened)["Point colours"].actions()}
@@ -48,7 +48,7 @@ def test_the_scene_says_what_the_colours_of_its_points_mean(opened, qtbot):
         ("points_view", "Points by view:", views[-1]),
     ):
         colours[name].trigger()
-        qtbot.waitUntil(opened.context.tasks.settled, timeout=60_000)
+        qtbot.waitUntil(opened.context.tasks.settled)
         legend = scene.content.point_legend
         assert legend.title == title
         told = dict(legend.entries)

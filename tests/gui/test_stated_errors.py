@@ -58,20 +58,10 @@ def test_every_number_says_how_good_the_reference_is_there(tracked, entry):
     sigma[5, LIMBS.index("left_forearm")] = np.nan
     reference = stating(tracked[0].reference, sigma=sigma)
     found = judged(entry.now(), project_truth("mine", reference))
-    values = {
-        label: value
-        for _, label, value, _ in number_rows(
-            Snapshot(frame=3, active=entry, judgements={entry: found})
-        )
-    }
+    values = {row[1]: row[2] for row in number_rows(snapshot_of(entry, found, 3))}
     assert "°, reference uncertainty 7.0  (±" in values["left forearm"]
     assert values["torso position"].endswith("mm, reference uncertainty 17")
-    values = {
-        label: value
-        for _, label, value, _ in number_rows(
-            Snapshot(frame=5, active=entry, judgements={entry: found})
-        )
-    }
+    values = {row[1]: row[2] for row in number_rows(snapshot_of(entry, found, 5))}
     assert "reference" not in values["left forearm"], "it does not say there"
     assert "reference uncertainty 2.0" in values["torso"]
     whole = reference_quality(reference, np.arange(FRAMES))
@@ -106,13 +96,12 @@ def test_a_reference_that_does_not_say_how_good_it_is_leaves_the_error_alone(tra
 
 
 def triggered(window, qtbot, name):
-    trigger(window, name)
-    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
+    trigger(window, name, qtbot)
 
 
 def bring_up(window, qtbot, panel):
     window.context.docks.bring_up(panel)
-    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
+    qtbot.waitUntil(window.context.tasks.settled)
 
 
 def labels(window, qtbot):
@@ -124,7 +113,7 @@ def labels(window, qtbot):
 def test_the_person_chooses_what_errors_are_measured_against(annotating, qtbot, entry):
     window, project = annotating, annotating.context.session.project.project
     window.context.session.runs.add(entry)
-    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
+    qtbot.waitUntil(window.context.tasks.settled)
     recorded = window.context.session.document.recording.reference
     command = window.context.actions.command
     assert (
@@ -139,8 +128,8 @@ def test_the_person_chooses_what_errors_are_measured_against(annotating, qtbot, 
     points[:, 4] += (0.0, 0.0, 0.1)
     project.apply(save_reference("by hand", replace(turned, points=points)))
     project.apply(choose(REFERENCE, "by hand"))
-    qtbot.waitUntil(lambda: window.context.session.judging.has("project"), timeout=30_000)
-    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
+    qtbot.waitUntil(lambda: window.context.session.judging.has("project"))
+    qtbot.waitUntil(window.context.tasks.settled)
     assert (
         window.features.annotate.panels.reference.now.words
         == "“by hand”: 8 frames, arm uncertainty 2.0°."
@@ -171,6 +160,6 @@ def test_the_person_chooses_what_errors_are_measured_against(annotating, qtbot, 
     folder = window.context.session.document.recording.folder
     triggered(window, qtbot, "close")
     window.context.session.open(folder)
-    qtbot.waitUntil(lambda: window.context.session.judging.has("project"), timeout=60_000)
-    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
+    qtbot.waitUntil(lambda: window.context.session.judging.has("project"))
+    qtbot.waitUntil(window.context.tasks.settled)
     assert window.context.session.judging.truth.against == "project", "it is kept with the project"

@@ -26,7 +26,7 @@ def studies(window, qtbot, study, monkeypatch):  # noqa: F811
     monkeypatch.setattr(study_module, "LocalWorkers", lambda _: InThisProcess())
     window.context.session.open(study.path)
     studies = window.context.session.study
-    qtbot.waitUntil(lambda: studies.study is not None and not studies.working, timeout=30_000)
+    qtbot.waitUntil(lambda: studies.study is not None and not studies.working)
     return studies
 
 
@@ -66,7 +66,7 @@ def test_the_table_is_filtered_and_sorted_and_recordings_are_opened(studies, she
     opened = []
     window.context.session.changes.watch(Part.RECORDING_OPENED, lambda: opened.append(True))
     QTest.mouseClick(shown.open_button, Qt.MouseButton.LeftButton)
-    qtbot.waitUntil(lambda: bool(opened), timeout=30_000)
+    qtbot.waitUntil(lambda: bool(opened))
     folder = window.context.session.document.recording.folder
     assert folder == shown.study.place("data/ben/slow")
     qtbot.waitUntil(window.context.tasks.settled)
@@ -78,7 +78,7 @@ def test_recordings_are_removed_and_found_again(studies, sheet, qtbot):
     assert names(shown) == ["anna/slow", "ben/slow"]
     assert len(read_study(shown.study.path).rows) == 2
     studies.add((shown.study.place("data/anna"),))
-    qtbot.waitUntil(lambda: not studies.working, timeout=30_000)
+    qtbot.waitUntil(lambda: not studies.working)
     assert "1 recording added" in shown.words.text()
     assert sorted(names(shown)) == ["anna/fast", "anna/slow", "ben/slow"]
 
@@ -91,7 +91,7 @@ def test_what_another_program_wrote_is_never_overwritten(studies, sheet, qtbot):
     assert "another program has changed" in shown.words.text()
     assert read_study(shown.study.path) == other
     studies.refresh()
-    qtbot.waitUntil(lambda: not studies.working, timeout=30_000)
+    qtbot.waitUntil(lambda: not studies.working)
     assert names(shown) == ["anna/fast"]
 
 
@@ -108,7 +108,7 @@ def test_settings_are_tracked_plotted_and_applied(studies, sheet, window, qtbot)
     QTest.mouseClick(shown.track_button, Qt.MouseButton.LeftButton)
     assert studies.working
     assert not shown.track_button.isEnabled()
-    qtbot.waitUntil(lambda: not studies.working, timeout=120_000)
+    qtbot.waitUntil(lambda: not studies.working)
     assert read_study(shown.study.path).settings.grid == ("iterations=2,3",)
     assert cell(shown, "ben/slow", "runs").data() == "2 of 2"
     assert cell(shown, "anna/slow", "runs").data() == "0 of 2"
@@ -128,7 +128,7 @@ def test_settings_are_tracked_plotted_and_applied(studies, sheet, window, qtbot)
 def test_a_sweep_is_a_study_of_the_open_recording(newly_opened, qtbot):
     w = newly_opened
     trigger(w, "sweep")
-    qtbot.waitUntil(lambda: not w.context.session.study.working, timeout=30_000)
+    qtbot.waitUntil(lambda: not w.context.session.study.working)
     shown = w.features.study.window
     assert shown.tabs.currentWidget() is shown.form
     (row,) = shown.study.rows

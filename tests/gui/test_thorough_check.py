@@ -34,7 +34,7 @@ def exchanged(small_recording, tmp_path_factory):
 def wrong(window, qtbot, exchanged):
     """A window of its own with the recording that is plainly wrong."""
     open_recording(window, qtbot, exchanged)
-    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
+    qtbot.waitUntil(window.context.tasks.settled)
     return window
 
 
@@ -67,7 +67,7 @@ def pressed(qtbot, button):
 def test_the_button_of_a_finding_corrects_its_file(window, qtbot, exchanged, tmp_path, monkeypatch):
     folder = shutil.copytree(exchanged, tmp_path / "small")
     open_recording(window, qtbot, folder)
-    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
+    qtbot.waitUntil(window.context.tasks.settled)
     window.context.docks.show_named("calibrate")
     window.context.docks.bring_up("findings")
     calibrate = window.features.calibrate
@@ -84,8 +84,8 @@ def test_the_button_of_a_finding_corrects_its_file(window, qtbot, exchanged, tmp
     assert not (folder / "recording-before-1.toml").exists()
     pressed(qtbot, window.messages.do_button)
     assert calibrate.checks.job.busy
-    qtbot.waitUntil(lambda: not calibrate.checks.job.busy, timeout=60_000)
-    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
+    qtbot.waitUntil(lambda: not calibrate.checks.job.busy)
+    qtbot.waitUntil(window.context.tasks.settled)
     assert (folder / "recording-before-1.toml").exists()
     assert open_folder(folder).view("N").left.frames == "N_right.mp4"
     assert not errors(window)
@@ -103,7 +103,7 @@ def test_the_button_beside_the_verdict_measures_the_images(opened, qtbot):
     QTest.mouseClick(button, Qt.MouseButton.LeftButton)
     assert opened.features.calibrate.checks.job.busy
     assert not opened.context.actions.action("check_thoroughly").isEnabled()
-    qtbot.waitUntil(opened.context.tasks.settled, timeout=120_000)
+    qtbot.waitUntil(opened.context.tasks.settled)
     assert opened.context.session.document._measured is not None
     assert not errors(opened)
     assert "sable" in findings.verdict.text()

@@ -16,6 +16,7 @@ from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run import track
 from stereotrack_core.tracking.run_spec import RunSpec
 from tests.gui.hands import trigger
+from tests.gui.kept_window import open_recording
 from tests.simulated_keypoints import KeypointErrors, simulated_keypoints
 from tests.tracking.keypoints.mono import FRAMES, mono_recording, truth
 
@@ -37,9 +38,7 @@ def mono(tmp_path):
 
 def test_mono_views_are_tracked_with_the_keypoints_of_the_project(window, qtbot, mono):
     session = window.context.session
-    session.open(mono)
-    qtbot.waitUntil(lambda: session.document.frame_set is not None)
-    qtbot.waitUntil(window.context.tasks.settled)
+    open_recording(window, qtbot, mono)
     action = window.context.actions.action
     assert action("run").isEnabled(), action("run").statusTip()
     trigger(window, "use_keypoints")
@@ -101,9 +100,7 @@ def swept(window, qtbot):
 def bare(window, qtbot, tmp_path):
     """The window with four mono views and no keypoints."""
     (tmp_path / "mono").mkdir()
-    window.context.session.open(mono_recording(tmp_path / "mono").folder)
-    qtbot.waitUntil(lambda: window.context.session.document.frame_set is not None)
-    qtbot.waitUntil(window.context.tasks.settled)
+    open_recording(window, qtbot, mono_recording(tmp_path / "mono").folder)
     return window
 
 

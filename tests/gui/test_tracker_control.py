@@ -55,36 +55,30 @@ def tracked(window) -> int:
 
 
 def test_a_run_draws_while_it_works_and_ends_with_curves(opened, qtbot):
+    docks = opened.context.docks
+    session = opened.context.session
     choose_usual(opened)
     seen = []
-    opened.context.session.changes.hear(Part.TRACKED, lambda frame: seen.append(frame.frame))
+    session.changes.hear(Part.TRACKED, lambda frame: seen.append(frame.frame))
     QTest.keyClick(opened, Qt.Key.Key_F8)
-    qtbot.waitUntil(
-        lambda: (
-            opened.context.session.track.entry is None
-            and len(opened.context.session.runs.entries) == 1
-        ),
-        timeout=90_000,
-    )
-    qtbot.waitUntil(opened.context.tasks.settled, timeout=30_000)
-    run = opened.context.session.runs.active
+    qtbot.waitUntil(lambda: session.track.entry is None and len(session.runs.entries) == 1)
+    qtbot.waitUntil(opened.context.tasks.settled)
+    run = session.runs.active
     assert sorted(run.frames) == list(range(8))
     assert seen == sorted(seen)
-    assert opened.context.session.document.frame == 7
-    judgement = opened.context.session.judging.of(run)
+    assert session.document.frame == 7
+    judgement = session.judging.of(run)
     assert judgement.measure == "error"
     assert np.nanmedian(judgement.limbs["torso"]) < 15
-    assert {lane.name for lane in opened.context.docks.timeline.lanes} >= {"torso", "left forearm"}
-    assert opened.context.docks.timeline.verticalScrollBar().maximum() == 0, (
-        "every lane is seen in a small window"
-    )
-    assert opened.context.docks.views.tiles["N"].camera.picture.overlay.paths
+    assert {lane.name for lane in docks.timeline.lanes} >= {"torso", "left forearm"}
+    assert docks.timeline.verticalScrollBar().maximum() == 0, "every lane is seen in a small window"
+    assert docks.views.tiles["N"].camera.picture.overlay.paths
 
 
 def test_the_window_s_run_is_the_command_line_s(opened, qtbot):
     opened.context.docks.show_named("annotate")
     trigger(opened, "run")
-    qtbot.waitUntil(lambda: opened.context.session.track.entry is None, timeout=90_000)
+    qtbot.waitUntil(lambda: opened.context.session.track.entry is None)
     assert opened.context.session.document.frame == 0, "who annotates stays in their frame"
     by_window = opened.context.session.runs.active.run()
     by_core = track(
@@ -108,14 +102,14 @@ def test_pause_holds_and_run_goes_on_with_the_same_run(opened, qtbot):
         track.go_on()
         track.pause()
         assert not track.paused, "the tracker has not said that it is held"
-    qtbot.waitUntil(lambda: track.paused, timeout=30_000)
+    qtbot.waitUntil(lambda: track.paused)
     run, done = track.entry, tracked(opened)
     assert done < 8
     qtbot.wait(400)
     assert tracked(opened) == done
     opened.context.actions.refresh()
     trigger(opened, "run")
-    qtbot.waitUntil(lambda: track.entry is None, timeout=90_000)
+    qtbot.waitUntil(lambda: track.entry is None)
     assert opened.context.session.runs.entries == (run,)
     assert len(run.frames) == 8
 
@@ -140,15 +134,13 @@ def test_a_run_is_stopped_while_it_is_prepared_and_the_next_one_begins(opened, q
     qtbot.waitUntil(lambda: hint.text().startswith("Run the tracker"))
     assert session.runs.entries == ()
     session.track.run_from_here()
-    qtbot.waitUntil(lambda: session.track.entry is None, timeout=90_000)
+    qtbot.waitUntil(lambda: session.track.entry is None)
     assert [len(run.frames) for run in session.runs.entries] == [8]
 
 
 def test_a_run_is_saved_and_opened_again(opened, qtbot, tmp_path):
     trigger(opened, "step")
-    qtbot.waitUntil(
-        lambda: tracked(opened) == 1 and opened.context.session.track.paused, timeout=60_000
-    )
+    qtbot.waitUntil(lambda: tracked(opened) == 1 and opened.context.session.track.paused)
     opened.context.session.track.stop()
     made = opened.context.session.runs.active
     opened.features.files.save_run(made, tmp_path / "run.npz")
@@ -160,7 +152,7 @@ def test_a_run_is_saved_and_opened_again(opened, qtbot, tmp_path):
     for form in formats_of("run"):
         path = tmp_path / f"export{form.suffixes[0]}"
         opened.features.files.export(made, path, form)
-        qtbot.waitUntil(opened.context.tasks.settled, timeout=60_000)
+        qtbot.waitUntil(opened.context.tasks.settled)
         assert path.exists() is not bool(form.missing), form.name
         if form.missing:
             assert "pip install" in opened.messages.text()
@@ -169,7 +161,7 @@ def test_a_run_is_saved_and_opened_again(opened, qtbot, tmp_path):
 
 def test_closing_while_tracking_ends_the_run_and_the_process(opened, qtbot):
     trigger(opened, "run")
-    qtbot.waitUntil(lambda: tracked(opened) >= 1, timeout=60_000)
+    qtbot.waitUntil(lambda: tracked(opened) >= 1)
     number = opened.context.session.processes.run.pid
     opened.close()
     assert opened.context.session.track.entry is None

@@ -7,14 +7,9 @@ from app.session.tracking import Chosen
 from stereotrack_core.project.project import Project
 from stereotrack_core.tracking.presets import preset
 from tests.gui.hands import key, trigger, view, window_with
+from tests.gui.kept_window import open_recording
 
 pytestmark = pytest.mark.window
-
-
-def open_path(window, qtbot, path, **wanted):
-    window.context.session.open(path, **wanted)
-    qtbot.waitUntil(lambda: window.context.session.document.frame_set is not None, timeout=30_000)
-    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
 
 
 def look(window, qtbot):
@@ -30,7 +25,7 @@ def look(window, qtbot):
         trigger(window, "brighter")
     trigger(window, "more_contrast")
     window.context.session.document.go_to(5)
-    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
+    qtbot.waitUntil(window.context.tasks.settled)
 
 
 def shown(window):
@@ -65,8 +60,8 @@ def test_it_comes_back_in_another_window(opened, qtbot, small_recording, tmp_pat
     assert before[4] == (range(2, 7), 30.0, chosen("fast", "iterations=3"))
     opened.close()
     other = another_window(qtbot, tmp_path)
-    open_path(other, qtbot, small_recording)
-    qtbot.waitUntil(lambda: view(other).painted_frame == 5, timeout=10_000)
+    open_recording(other, qtbot, small_recording)
+    qtbot.waitUntil(lambda: view(other).painted_frame == 5)
     assert shown(other) == before
     assert other.context.session.project.project.history.entries() == (), "looking is no edit"
     other.close()
@@ -75,7 +70,7 @@ def test_it_comes_back_in_another_window(opened, qtbot, small_recording, tmp_pat
 def test_what_is_asked_for_is_shown(opened, qtbot, small_recording, tmp_path):
     look(opened, qtbot)
     trigger(opened, "close")
-    open_path(opened, qtbot, small_recording, frame=2, workspace="calibrate")
+    open_recording(opened, qtbot, small_recording, frame=2, workspace="calibrate")
     assert shown(opened)[:2] == (2, "calibrate")
     assert set(shown(opened)[2].values()) == {"left"}
 
@@ -83,7 +78,7 @@ def test_what_is_asked_for_is_shown(opened, qtbot, small_recording, tmp_path):
 def test_it_is_written_while_the_window_is_open(opened, qtbot):
     look(opened, qtbot)
     stored = opened.context.session.project.project.view_settings
-    qtbot.waitUntil(lambda: (stored.get("window") or {}).get("frame") == 5, timeout=5_000)
+    qtbot.waitUntil(lambda: (stored.get("window") or {}).get("frame") == 5)
     assert stored.get("window")["workspace"] == "annotate"
 
 
@@ -96,15 +91,14 @@ def test_a_project_for_reading_is_shown_so_and_stays_as_it_is(
         lambda: (
             (opened.context.session.project.project.view_settings.get("window") or {}).get("frame")
             == 5
-        ),
-        timeout=5_000,
+        )
     )
     reading = another_window(qtbot, tmp_path)
-    open_path(reading, qtbot, small_recording)
+    open_recording(reading, qtbot, small_recording)
     assert reading.context.session.project.project.read_only
-    qtbot.waitUntil(lambda: view(reading).painted_frame == 5, timeout=10_000)
+    qtbot.waitUntil(lambda: view(reading).painted_frame == 5)
     reading.context.session.document.go_to(1)
-    qtbot.waitUntil(reading.context.tasks.settled, timeout=60_000)
+    qtbot.waitUntil(reading.context.tasks.settled)
     reading.close()
     opened.close()
     with Project.open(path, read_only=True) as project:

@@ -29,7 +29,7 @@ def press(qtbot, window, key, modifier=Qt.KeyboardModifier.NoModifier):
 
 def go(qtbot, window, frame):
     window.context.session.document.go_to(frame)
-    qtbot.waitUntil(lambda: shown(window) == {frame}, timeout=10_000)
+    qtbot.waitUntil(lambda: shown(window) == {frame})
 
 
 def test_the_welcome_page_offers_ways_to_begin(window):
@@ -41,7 +41,7 @@ def test_the_welcome_page_offers_ways_to_begin(window):
 
 def test_a_folder_without_a_recording_is_said_and_nothing_is_lost(opened, qtbot, tmp_path):
     opened.context.session.open(tmp_path)
-    qtbot.waitUntil(lambda: opened.messages.message is not None, timeout=10_000)
+    qtbot.waitUntil(lambda: opened.messages.message is not None)
     words = opened.messages.text()
     assert str(tmp_path) in words
     assert "Traceback" not in words
@@ -60,7 +60,7 @@ def test_arrow_keys_step_and_all_views_follow(opened, qtbot):
         (Qt.Key.Key_Home, 0),
     ):
         press(qtbot, opened, key)
-        qtbot.waitUntil(lambda frame=frame: shown(opened) == {frame}, timeout=10_000)
+        qtbot.waitUntil(lambda frame=frame: shown(opened) == {frame})
         assert opened.context.session.document.frame == frame
         assert opened.context.docks.transport.number.value() == frame
         assert opened.context.docks.timeline.frame == frame
@@ -70,7 +70,7 @@ def test_space_plays_to_the_end_and_stops_there(opened, qtbot):
     seen = frames_shown(opened)
     press(qtbot, opened, Qt.Key.Key_Space)
     assert opened.context.session.document.playing
-    qtbot.waitUntil(lambda: not opened.context.session.document.playing, timeout=20_000)
+    qtbot.waitUntil(lambda: not opened.context.session.document.playing)
     assert opened.context.session.document.frame == 7
     assert seen == sorted(seen)
 
@@ -110,7 +110,7 @@ def test_the_pixel_under_the_cursor_is_told(opened, qtbot):
     expected = camera.pixel_at(QPointF(place))
     # A display server tells of the first of two moves too, and when it likes.
     told = f"S  x {expected.x():.1f}"
-    qtbot.waitUntil(lambda: opened.status.pixel.text().startswith(told), timeout=5_000)
+    qtbot.waitUntil(lambda: opened.status.pixel.text().startswith(told))
 
 
 @pytest.mark.parametrize("name", WORKSPACE_NAMES)
@@ -122,7 +122,7 @@ def test_every_workspace_fits_the_smallest_screen(opened, qtbot, name):
         ),
         Qt.MouseButton.LeftButton,
     )
-    qtbot.waitUntil(opened.context.tasks.settled, timeout=60_000)
+    qtbot.waitUntil(opened.context.tasks.settled)
     assert opened.context.docks.workspace == name
     assert opened.width() <= 1366
     assert opened.height() <= 768
@@ -163,16 +163,14 @@ def test_disparity_and_foreground_are_shown_at_the_same_instant(opened, qtbot):
     keys = [(key, none) for key in (Qt.Key.Key_F3, Qt.Key.Key_F4, Qt.Key.Key_F5, Qt.Key.Key_F2)]
     for key, modifier in (*keys, (Qt.Key.Key_F2, shift)):
         press(qtbot, opened, key, modifier)
-        qtbot.waitUntil(opened.context.tasks.settled, timeout=60_000)
+        qtbot.waitUntil(opened.context.tasks.settled)
         kinds = {tile.camera.picture.kind for tile in opened.context.docks.views.tiles.values()}
         assert kinds == {opened.context.view_state.kinds["N"]}
         assert all(
             t.camera.picture.pixels is not None for t in opened.context.docks.views.tiles.values()
         )
         press(qtbot, opened, Qt.Key.Key_Right)
-        qtbot.waitUntil(
-            lambda: shown(opened) == {opened.context.session.document.frame}, timeout=30_000
-        )
+        qtbot.waitUntil(lambda: shown(opened) == {opened.context.session.document.frame})
 
 
 def test_closing_the_recording_goes_back_to_the_welcome_page(opened, qtbot):
@@ -204,8 +202,7 @@ def test_nothing_of_a_closed_window_is_left(qtbot, settings, processes, kept, sm
     made = show_window(qtbot, settings, processes)
     open_recording(made, qtbot, small_recording)
     for name in WORKSPACE_NAMES:
-        trigger(made, f"workspace_{name}")
-        qtbot.waitUntil(made.context.tasks.settled, timeout=60_000)
+        trigger(made, f"workspace_{name}", qtbot)
     close_window(made)
     left = weakref.ref(made)
     made.deleteLater()

@@ -6,6 +6,7 @@ import pytest
 from PySide6.QtCore import QPointF, QRectF, Qt
 
 from tests.gui.hands import click, clicks, key, trigger, view
+from tests.gui.kept_window import open_recording
 
 pytestmark = pytest.mark.window
 
@@ -22,9 +23,7 @@ def bare(window, qtbot, small_recording, tmp_path):
         if not line.startswith("reference")
     ]
     (folder / "recording.toml").write_text("\n".join(without), encoding="utf-8")
-    window.context.session.open(folder, workspace="annotate")
-    qtbot.waitUntil(lambda: window.context.session.document.frame_set is not None, timeout=30_000)
-    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
+    open_recording(window, qtbot, folder, workspace="annotate")
     assert window.context.session.document.recording.reference is None
     return window
 
@@ -40,14 +39,14 @@ def seen(window, name, points):
 
 def press_z(window, qtbot):
     key(window, Qt.Key.Key_Z)
-    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
+    qtbot.waitUntil(window.context.tasks.settled)
 
 
 def test_views_zoom_to_the_clicks_and_back(bare, qtbot):
     for name, places in PLACES.items():
         for x, y in places:
             click(bare, x, y, name)
-    qtbot.waitUntil(bare.context.tasks.settled, timeout=60_000)
+    qtbot.waitUntil(bare.context.tasks.settled)
     before = seen(bare, "N", PLACES["N"])[1]
     press_z(bare, qtbot)
     assert view(bare, "N").zoom > 1.5
@@ -64,7 +63,7 @@ def test_nothing_moves_while_clicks_are_placed(bare, qtbot):
     press_z(bare, qtbot)
     zoom, corner = view(bare, "N").zoom, view(bare, "N").place_of(0.0, 0.0)
     pixel = click(bare, *(PLACES["N"][0][0] - 20.0, PLACES["N"][0][1] + 30.0))
-    qtbot.waitUntil(bare.context.tasks.settled, timeout=60_000)
+    qtbot.waitUntil(bare.context.tasks.settled)
     assert view(bare, "N").zoom == zoom
     assert view(bare, "N").place_of(0.0, 0.0) == corner
     assert any(one.position == pytest.approx(pixel) for one in clicks(bare).values())
@@ -74,16 +73,16 @@ def test_the_next_frame_follows_its_own_clicks(bare, qtbot):
     for x, y in PLACES["N"]:
         click(bare, x, y)
     bare.context.session.document.go_to(1)
-    qtbot.waitUntil(bare.context.tasks.settled, timeout=60_000)
+    qtbot.waitUntil(bare.context.tasks.settled)
     elsewhere = [(x - 200.0, y + 150.0) for x, y in PLACES["N"]]
     for x, y in elsewhere:
         click(bare, x, y)
     bare.context.session.document.go_to(0)
-    qtbot.waitUntil(bare.context.tasks.settled, timeout=60_000)
+    qtbot.waitUntil(bare.context.tasks.settled)
     press_z(bare, qtbot)
     assert not seen(bare, "N", elsewhere)[0]
     bare.context.session.document.go_to(1)
-    qtbot.waitUntil(bare.context.tasks.settled, timeout=60_000)
+    qtbot.waitUntil(bare.context.tasks.settled)
     assert seen(bare, "N", elsewhere)[0]
 
 

@@ -214,6 +214,18 @@ def test_blanks_between_all_cells_of_a_trc(tmp_path):
     np.testing.assert_allclose(found.points[1], [WHOLE[name] for name in LANDMARKS], atol=1e-6)
 
 
+def test_lost_markers_at_zero_are_missing_and_told(tmp_path):
+    """Programs without a sign for what they lost write zeros."""
+    path = _write_trc(tmp_path / "a.trc", WHOLE)
+    lines = path.read_text().splitlines()
+    lines[6] = "\t".join([*lines[6].split("\t")[:2], *(["0.0"] * 3 * len(WHOLE))])
+    path.write_text("\n".join(lines) + "\n")
+    found = read_trajectory(path)
+    assert np.isnan(found.points[0]).all()
+    assert np.isfinite(found.points[1]).all()
+    assert any("at 0, 0, 0 taken as missing" in note.what for note in found.notes)
+
+
 def test_landmarks_are_turned_into_a_world_whose_z_is_not_up(tmp_path):
     path = _write_trc(tmp_path / "a.trc", WHOLE)
     found = read_trajectory(path, Stated(up=Upright("y")))

@@ -71,9 +71,6 @@ def test_landmarks_are_where_the_joints_are(detector, picture, truth):
     assert misfit(pose, truth).max() < 18  # 14 cm; the joints lie inside of the body
     assert np.median(misfit(pose, truth)) < 9
     assert (pose.visibility[[POINT_NAMES.index(name) for name in JOINTS]] > 0.8).all()
-    left, right = (pose.metres[POINT_NAMES.index(f"{side}_shoulder")] for side in ("left", "right"))
-    assert left[0] > right[0] + 0.2  # the person faces the camera
-    assert left[1] < -0.3  # above the hips
 
 
 def test_a_small_person_is_found_in_tiles(detector, picture, truth):

@@ -128,6 +128,11 @@ def test_swapped_sides_of_the_reference(small_recording, pair, says):
     assert says in said(with_points(small_recording, lambda p: exchanged(p, *pair)))
 
 
+def test_a_reference_with_another_axis_up(small_recording):
+    text = said(with_points(small_recording, lambda p: p[..., [0, 2, 1]] * [1, -1, 1]))
+    assert "warning reference.csv: the person's trunk is" in text
+
+
 def test_a_reference_out_of_sight(small_recording):
     text = said(with_points(small_recording, lambda p: p + [0, 0, 50.0]))
     assert text.count("of the reference is within this view's image") == 4

@@ -4,7 +4,6 @@ from types import SimpleNamespace
 
 import pytest
 
-from app.session.base import Services
 from app.session.changes import Changes, Part
 from app.session.jobs import Processes, TaskList
 from app.session.messages import message_of
@@ -63,7 +62,7 @@ def shown(plain, processes, tmp_path):
     )
     kept = Kept(projects_folder=str(tmp_path / "projects"))
     state = ViewState(changes.tell, lambda: False)
-    session = Session(Services(changes, messages.append, tasks, state, kept, processes))
+    session = Session(changes, messages.append, tasks, state, kept, processes)
     yield SimpleNamespace(
         session=session, state=state, messages=messages, until=plain.until, tasks=tasks, kept=kept
     )

@@ -89,7 +89,7 @@ def test_playing_shows_each_frame_in_its_time_and_stops_at_the_end(opened):
     opened.until(lambda: not document.playing)
     assert frames == sorted(frames)
     assert frames[-1] == FRAMES - 1
-    document.set_loop(range(2, 4))
+    document.loop = range(2, 4)
     document.play()
     opened.until(lambda: frames.count(2) > 1)
     document.pause()

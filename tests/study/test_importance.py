@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from stereotrack_core.study.importance import effects, effects_of, effects_words
-from stereotrack_core.study.store import RunTable
+from stereotrack_core.study.store import RunTable, effects, effects_of, effects_words
 
 COLUMNS = ("recording", "iterations", "loss_scale", "seed", "forearms")
 

@@ -1,6 +1,6 @@
 """From colour pictures to a cloud with colours, and to a run."""
 
-from dataclasses import astuple, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.recording.reader import FrameReader
 from stereotrack_core.recording.writing import write_png
 from stereotrack_core.tracking.iekf import Follower
-from stereotrack_core.tracking.part_colours import PartColours
+from stereotrack_core.tracking.part_colours import PartColours, colour_features
 from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run import track
 from stereotrack_core.tracking.run_spec import RunSpec
@@ -119,31 +119,63 @@ def test_learned_colours_fade_by_two_percent_a_frame(rng):
     np.testing.assert_allclose(second.mean[taught], 1.0 / 1.98)
 
 
-@pytest.mark.parametrize(("apart", "teaches"), [((0.02, 0.06), False), ((0.08, 0.13), True)])
-def test_only_points_well_apart_from_all_other_limbs_teach_a_colour(rng, apart, teaches):
-    points, frames = surface_points(BODY, POSES["t"], 2500, rng), BODY.frames(POSES["t"])
-    placed, limb = placed_cones(BODY, frames), LIMB_OF_PART[BODY.cones["part"]]
-    own, distance = limb[nearest_on_surface(points, placed, 0.01).cone], np.zeros(len(points))
-    for one in np.unique(own):
-        to_others = nearest_on_surface(points[own == one], placed[limb != one], np.inf)
-        distance[own == one] = np.abs(to_others.distance)
-    chosen = points[(distance > apart[0]) & (distance < apart[1])]
-    assert len(chosen) > 100
-    taught = PartColours.unknown(BODY).updated(BODY, chosen, np.zeros(chosen.shape), frames)
-    assert taught.count.sum() == (len(chosen[::2]) if teaches else 0)
+def _patch(cone, point, turns):
+    """Height (0 to 5) and angle (0 to 7) of a cone's patch at a point, and how far it is beside."""
+    x, y, z = (point - cone["origin"]) @ cone["rotation"]
+    height = int(np.clip(np.floor(6.0 * z / cone["height"]), 0, 5))
+    angle = int(np.degrees(np.arctan2(y, x)) % 360.0 / 45.0) if turns else 0
+    return height, angle, np.array([np.hypot(x, y), max(-z, z - cone["height"])])
 
 
-@pytest.mark.parametrize(("off", "asked"), [(0.0, True), (0.23, True), (0.27, False)])
-@pytest.mark.parametrize("way", [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
-def test_colours_are_asked_for_within_25_cm_of_a_cone(off, asked, way):
-    frames, c = (
-        BODY.frames(POSES["t"]),
-        int(np.flatnonzero(LIMB_OF_PART[BODY.cones["part"]] == 4)[0]),
-    )
-    cone = placed_cones(BODY, frames)[c]
-    beside = off + max(cone["r1"], cone["r2"])
-    point = cone["origin"] + cone["rotation"] @ (beside * np.array(way) + [0.0, 0.0, 1e-6])
-    known = PartColours(*(np.full_like(part, 100.0) for part in astuple(PartColours.unknown(BODY))))
-    foreign = replace(known, mean=0.0 * known.mean, square=0.0 * known.square)
-    penalty = foreign.penalty(BODY, point[None], np.full((1, 3), 99.0), frames)[0, c]
-    assert penalty == (3.0 if asked else 1.0)
+def _placed_with_limbs(pose):
+    limb = LIMB_OF_PART[BODY.cones["part"]]
+    return placed_cones(BODY, BODY.frames(pose)), limb, np.isin(limb, (0, 1))
+
+
+def test_a_colour_is_as_foreign_to_a_part_as_its_patches_say(rng):
+    (placed, _, turns), shape = _placed_with_limbs(POSES["reaching"]), (len(BODY.cones), 6, 8)
+    mean = rng.normal(0.0, 0.15, (*shape, 3))
+    square = mean**2 + rng.normal(0.01, 0.02, mean.shape)
+    colours = PartColours(rng.uniform(4.0, 12.0, shape), mean, square)
+    data = surface_points(BODY, POSES["reaching"], 250, rng, 0.15)
+    levels = rng.uniform(-5.0, 255.0, data.shape)
+    blue, green, red = np.log(np.maximum(levels, 0.0) + 10.0).T
+    features = colour_features(levels)
+    expected = np.stack([(blue + green + red) / 3.0, red - green, blue - green], axis=1)
+    np.testing.assert_allclose(features, expected)
+    features = 0.2 * (features - features.mean(axis=0))
+    features[::9, 1] = np.nan
+    found = colours.penalty(BODY, data, features, BODY.frames(POSES["reaching"]))
+    for i, c in np.ndindex(found.shape):
+        height, angle, off = _patch(placed[c], data[i], turns[c])
+        variance = np.maximum(square - mean**2, 0.0)[c, height, angle] + [0.04, 0.0036, 0.0036]
+        apart = features[i] - mean[c, height, angle]
+        asked = (off <= max(placed[c]["r1"], placed[c]["r2"]) + 0.25).all()
+        known = asked and colours.count[c, height, angle] >= 8.0 and np.isfinite(features[i, 1])
+        sigmas = min(np.sqrt(np.mean(apart**2 / variance)), 3.0)
+        assert found[i, c] == pytest.approx(sigmas if known else 1.0)
+    assert np.mean((found > 1.0) & (found < 3.0)) > 0.05
+
+
+def test_patches_learn_the_mean_and_square_of_the_data_that_surely_belong_to_them(rng):
+    pose = POSES["pointing"]
+    placed, limb, turns = _placed_with_limbs(pose)
+    data = surface_points(BODY, pose, 1500, rng, 0.015)
+    features = rng.normal(0.0, 1.0, data.shape)
+    features[::11, 2] = np.nan
+    colours = PartColours.unknown(BODY)
+    sums = np.zeros((*colours.count.shape, 7))
+    nearest = nearest_on_surface(data, placed, 0.03)
+    apart = [nearest_on_surface(data, placed[limb == k], np.inf).distance for k in range(7)]
+    for i in range(0, len(data), 2):
+        c = nearest.cone[i]
+        others = [abs(apart[k][i]) for k in range(7) if k != limb[c]]
+        if c >= 0 and np.isfinite(features[i]).all() and min(others) >= 0.07:
+            height, angle, _ = _patch(placed[c], data[i], turns[c])
+            sums[c, height, angle] += [1.0, *features[i], *features[i] ** 2]
+    found = colours.updated(BODY, data, features, BODY.frames(pose))
+    np.testing.assert_allclose(found.count, sums[..., 0])
+    means = sums[..., 1:] / np.maximum(sums[..., :1], 1.0)
+    np.testing.assert_allclose(found.mean, means[..., :3], atol=1e-12)
+    np.testing.assert_allclose(found.square, means[..., 3:], atol=1e-12)
+    assert sums[..., 0].sum() > 200

@@ -11,7 +11,6 @@ from stereotrack_core.interop.first_pose import first_pose, with_heading
 from stereotrack_core.interop.run_journal import read_unfinished
 from stereotrack_core.tracking import tracking
 from stereotrack_core.tracking.frame import FirstFrame
-from stereotrack_core.tracking.initialise import heading as evidence_of_heading
 from stereotrack_core.tracking.initialise.finder import PoseFinder
 from stereotrack_core.tracking.initialise.heading import DECIDED, WATCHED, HeadingWatch
 from stereotrack_core.tracking.initialise.trunk import turned_round
@@ -120,23 +119,3 @@ def test_a_heading_is_named_by_direction_or_in_degrees(heading, init):
 def test_a_heading_that_cannot_be_is_refused(init, heading):
     with pytest.raises(InputError, match="--heading"):
         with_heading(init, heading)
-
-
-@pytest.mark.parametrize(("anatomy", "share"), [(3.0, 0.0), (7.5, 0.5), (-12.0, -1.0)])
-def test_arms_that_bend_the_wrong_way_speak_against_a_heading(finder, monkeypatch, anatomy, share):
-    hanging, costs = pose_with_arms(*[[0, 0, -1]] * 4), iter([anatomy, 0.0])
-    monkeypatch.setattr(finder, "arms_cost", lambda _: next(costs))
-    found = evidence_of_heading.arms_forward(finder, hanging)
-    assert found == pytest.approx(share * evidence_of_heading._FORWARD)
-
-
-@pytest.mark.parametrize(
-    ("against", "share"), [(5.0, 0.0), (15.0, 0.5), (-15.0, -0.5), (40.0, 1.0)]
-)
-def test_legs_that_bend_the_wrong_way_speak_against_a_heading(finder, monkeypatch, against, share):
-    costs = iter([against, 0.0])
-    monkeypatch.setattr(evidence_of_heading, "legs_cost", lambda _: next(costs))
-    monkeypatch.setattr(evidence_of_heading, "feet_ahead", lambda *_: [0.05 * share])
-    found = evidence_of_heading.evidence(finder, POSES["t"], cloud_of(np.zeros((0, 3))))
-    assert found["legs"] == pytest.approx(share * evidence_of_heading._LEGS)
-    assert found["feet"] == pytest.approx(share * evidence_of_heading._FEET)

@@ -1,11 +1,16 @@
 """Presets, the rows of all settings, and a person's own presets as files."""
 
+import re
+from pathlib import Path
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.errors import InputError
-from stereotrack_core.tracking.parameters import Settings
+from stereotrack_core.parameters import value_text
+from stereotrack_core.tracking.parameters import Settings, TrackingParameters
 from stereotrack_core.tracking.presets import (
     BASELINES,
     PRESETS,
@@ -177,3 +182,25 @@ def test_a_missing_file_is_refused(tmp_path):
 def test_a_file_without_a_name_has_the_file_s(tmp_path):
     (tmp_path / "mine.toml").write_text("", encoding="utf-8")
     assert read_preset(tmp_path / "mine.toml") == UserPreset("mine", "accurate", {})
+
+
+def _numbers(cell):
+    """A cell of the guide's table; numbers compare as numbers."""
+    try:
+        return float(cell)
+    except ValueError:
+        return cell
+
+
+def test_the_guide_states_the_values_of_presets_and_what_is_accepted():
+    guide = Path(__file__).parents[2] / "docs" / "parameters.md"
+    lines = [line.split(" | ") for line in guide.read_text().splitlines() if line.startswith("| `")]
+    table = {cells[0].strip("| `"): [cell.strip() for cell in cells[3:]] for cells in lines}
+    values = {name: preset(name).values() for name in ("accurate", "thesis", "fast")}
+    for row in (*DepthParameters().rows(), *TrackingParameters().rows()):
+        accepted, *stated = table[row.name]
+        own = [value_text(values[name][row.name]) for name in values]
+        assert [_numbers(cell) for cell in stated[:3]] == [_numbers(cell) for cell in own], row.name
+        if row.minimum is not None:
+            ends = [float(end) for end in re.findall(r"-?[\d.]+(?:e-?\d+)?", accepted)]
+            assert ends == [end for end in (row.minimum, row.maximum) if end is not None], row.name

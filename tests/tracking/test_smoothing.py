@@ -1,14 +1,18 @@
 """The backward pass on a moving body whose pose is known."""
 
 import dataclasses
+import itertools
 
 import numpy as np
 import pytest
 
+from stereotrack_core.body.angles import THESIS_JOINTS, pose_of_state
 from stereotrack_core.body.model import landmarks
-from stereotrack_core.tracking.estimate import Prior
-from stereotrack_core.tracking.frame import TrackedFrame
+from stereotrack_core.filtering.smoothing import backward_step
+from stereotrack_core.tracking.estimate import Estimate, Prior
+from stereotrack_core.tracking.frame import TrackedFrame, cloudless
 from stereotrack_core.tracking.smoothing import smoothed
+from stereotrack_core.tracking.state import prior_inflation
 from tests.tracking.scenes import POSES, angle_errors, cloud_of, pose_with_arms, surface_points
 
 BOTH = pytest.mark.parametrize("name", ["thesis", "manifold"])
@@ -162,3 +166,94 @@ def test_frames_of_which_none_is_tracked_stay_as_they_are(make_tracker, rng, fit
     frames = _followed(tracker, rng, missing={0, 1}, frames=2)
     back = smoothed(frames, tracker.setup, fit_movement=fit_movement)
     assert [frame.estimate for frame in back] == [frame.estimate for frame in frames]
+
+
+def _plain_frames(rng, count=26):
+    """Frames of Euler angles with gaps, arms that jump, and arms that were looked for anew."""
+    x, frames, P, lost = 0.3 * rng.normal(size=14), [], None, 0
+    for k in range(count):
+        step = 0.03 * rng.normal(size=14)
+        step[6:10] += 2.0 * (rng.random() < 0.1)
+        x, before = x + step, P
+        root = 0.02 * rng.normal(size=(14, 14))
+        P = root @ root.T + 1e-4 * np.eye(14)
+        lost = lost - 1 if lost else (int(rng.integers(1, 5)) if k and rng.random() < 0.15 else 0)
+        prior = None
+        if (before is not None and frames[-1].tracked and rng.random() < 0.9) or rng.random() < 0.5:
+            carried = np.ones(14, dtype=bool)
+            carried[10:14] = rng.random() < 0.7
+            prior = Prior((P if before is None else before) + 0.03**2 * np.eye(14), carried)
+        pose = pose_of_state(x, THESIS_JOINTS)
+        known = Estimate(not lost or k == count - 1, "gone" * bool(lost), pose, x, P, prior=prior)
+        frames.append(TrackedFrame(k, known, np.zeros((9, 3)), cloudless(k), {}))
+    return frames
+
+
+def _off(to, origin):
+    delta = to - origin
+    delta[3:] = (delta[3:] + np.pi) % (2.0 * np.pi) - np.pi
+    return delta
+
+
+def _jumped(delta):
+    return [arm for arm in (range(6, 10), range(10, 14)) if np.abs(delta[arm]).max() >= np.pi / 2]
+
+
+def _plainly_smoothed(frames, Q, longest, above):
+    """States and covariances by frame, by the equations of Rauch, Tung and Striebel."""
+    known = [frame.estimate for frame in frames]
+    x, P = [e.x.copy() for e in known], [e.P.copy() for e in known]
+    tracked = [k for k, e in enumerate(known) if e.tracked]
+    done = set(tracked)
+    inverse = np.linalg.inv
+
+    def back(k, waiting, predicted, carried, after):
+        ahead = _off(x[after], x[k] if k in tracked else waiting[0])
+        carried = carried.copy()
+        for arm in _jumped(ahead):
+            carried[arm] = False
+        gain, smaller = backward_step(waiting[1], predicted, carried, P[after])
+        return waiting[0] + gain @ ahead, smaller
+
+    for first, k in list(itertools.pairwise(tracked))[::-1]:
+        prior, start, steps = known[k].prior, (known[first].x, known[first].P), k - first
+        if steps == 1 and prior is not None:
+            behind, carried = _off(start[0], x[k]), prior.carried.copy()
+            surprise = behind[10:] ** 2 / np.diagonal(prior.P)[10:]
+            if not carried.all() and surprise.mean() < above**2:
+                expected = inverse(prior.P)
+                expected[:10, :10] -= inverse(prior.P[:10, :10])
+                total = expected + inverse(P[k])
+                x[k], P[k] = x[k] + np.linalg.solve(total, expected @ behind), inverse(total)
+                carried[:] = True
+            x[first], P[first] = back(first, start, prior.P, carried, k)
+        elif 1 < steps <= longest + 1 and not _jumped(moved := _off(x[k], start[0])):
+            factor = prior_inflation(moved, start[1] + steps * Q, above)
+            noise = factor[:, None] * Q * factor
+            if prior is None:
+                predicted = inverse(start[1] + steps * noise)
+                total = predicted + inverse(P[k])
+                x[k] = x[k] + np.linalg.solve(total, predicted @ _off(start[0], x[k]))
+                P[k] = inverse(total)
+            for i in range(steps - 1, -1, -1):
+                waiting, predicted = start[1] + i * noise, start[1] + (i + 1) * noise
+                place = back(
+                    first, (start[0], waiting), predicted, np.ones(14, dtype=bool), first + i + 1
+                )
+                x[first + i], P[first + i] = place
+                done.add(first + i)
+    return x, P, done
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_every_frame_is_smoothed_by_the_one_after_it(make_tracker, seed):
+    tracker, frames = make_tracker("thesis"), _plain_frames(np.random.default_rng(seed))
+    p = dataclasses.replace(tracker.setup.parameters, longest_bridge=0.3, prior_inflation_above=2.0)
+    setup = dataclasses.replace(tracker.setup, parameters=p)
+    x, P, done = _plainly_smoothed(frames, setup.Q, 3, 2.0)
+    for k, frame in enumerate(smoothed(frames, setup)):
+        assert frame.tracked == (k in done)
+        if not frame.tracked:
+            continue
+        np.testing.assert_allclose(_off(frame.x, x[k]), 0.0, atol=1e-8)
+        np.testing.assert_allclose(frame.P, P[k], atol=1e-9)

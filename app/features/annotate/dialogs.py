@@ -37,12 +37,7 @@ from ...session.changes import Part
 from ...session.jobs import Job
 from ...session.project import message_of_finding
 from ...session.session import unless
-from ...widgets.forms.form_dialog import (
-    ask_for_number,
-    ask_for_text,
-    ask_to_export,
-    ask_to_open,
-)
+from ...widgets.forms.form_dialog import ask_for_number, ask_for_text, ask_to_export, ask_to_open
 from ...widgets.forms.numbers import NumberField
 from .exchange.agreement import AgreementDialog, AgreementReport, agreement_report
 from .exchange.merging import ImportDialog, TakeInDialog

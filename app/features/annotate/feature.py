@@ -232,19 +232,6 @@ def _switches(session: Session, annotate: ClickController) -> list[Command]:
 
 _SELECTION = f"{_MENU}/&Selection"
 
-_IN_THE_MENU = (
-    *("annotate-interpolate", "", "annotate-propose"),
-    *("annotate-fill-fit", "annotate-fill-run", "annotate-fill-detector"),
-    *("annotate-detect", ""),
-    *("annotate-accept", "annotate-accept-fit", "annotate-accept-run"),
-    *("annotate-accept-detector", ""),
-    *("annotate-clear", "annotate-gap", "annotate-no-gap", ""),
-    *("annotate-flag", "annotate-unflag", ""),
-    *("annotate-keyframes", "annotate-done", "annotate-not-done", "annotate-no-keyframes"),
-    *("", "annotate-name-stretch", "annotate-forget-stretch"),
-)
-"""Commands that the timeline offers for its selection; empty ones separate."""
-
 
 def add_commands(
     actions: ActionRegistry,
@@ -258,11 +245,11 @@ def add_commands(
     actions.add(camera_commands(panels))
     actions.add(_trust(panels, dialogs))
     actions.add(_setup_and_files(panels, dialogs))
-    for name in _IN_THE_MENU:
-        if name:
-            panels.bar.selection_menu.addAction(actions.action(name))
-        else:
-            panels.bar.selection_menu.addSeparator()
+    for command in actions.commands:
+        if command.menu == _SELECTION:
+            if command.section:
+                panels.bar.selection_menu.addSeparator()
+            panels.bar.selection_menu.addAction(actions.action(command.id))
 
 
 def _going(p: AnnotationPanels) -> list[Command]:
@@ -299,13 +286,15 @@ def _selection(p: AnnotationPanels, predicting: PredictionWork) -> list[Command]
                 why_not=p.reference.why_not),
         *prediction_commands(predicting, _SELECTION),
         command("annotate-clear", "Clear clicks", "Delete the clicks of the selected landmarks in "
-                "the selected frames. You can undo this.", edit(clear_clicks), icon="delete"),
+                "the selected frames. You can undo this.", edit(clear_clicks), icon="delete",
+                section=True),
         command("annotate-gap", "Mark as gap", "Exclude the selected frames from interpolation.",
                 edit(partial(set_flags, kind=GAP))),
         command("annotate-no-gap", "Clear gap", "Allow interpolation in the selected frames "
                 "again.", edit(partial(clear_flags, kind=GAP))),
         command("annotate-flag", "Flag for review", "Flag the selected landmarks and frames so "
-                "that you can come back to them.", edit(set_flags), icon="warning"),
+                "that you can come back to them.", edit(set_flags), icon="warning",
+                section=True),
         command("annotate-unflag", "Clear flags", "Remove the flags from the selected landmarks "
                 "and frames.", edit(clear_flags)),
         command("annotate-keyframes", "Set keyframes …", "Choose at regular steps which of the "
@@ -391,7 +380,6 @@ class Annotate:
     clicking: ClickController
     panels: AnnotationPanels
     predicting: PredictionWork
-    personalising: Personalising
     dialogs: AnnotationDialogs
     retracking: Retracking
 
@@ -423,4 +411,4 @@ def register(context: Context) -> Annotate:
     clicking.body.cameras.add([context.actions.action(name) for name in CAMERA_COMMANDS])
     names = "annotate-detect", "annotate-personalise", "annotate-retrack"
     clicking.body.add_action_buttons([context.actions.action(name) for name in names])
-    return Annotate(clicking, panels, predicting, personalising, dialogs, retracking)
+    return Annotate(clicking, panels, predicting, dialogs, retracking)

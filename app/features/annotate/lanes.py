@@ -20,7 +20,6 @@ from ...widgets.timeline.lanes import Lane, Mark, MarkArray
 
 FULL_SIGMA_DEG = 15.0  # uncertainty that is shown in a lane's full colour
 _TABLES = frozenset({"click", "frame_flag", "keyframe"})
-_MOST_QUERIES = 64
 
 _Flags: TypeAlias = dict[int, list[str]]
 
@@ -66,9 +65,9 @@ class AnnotationLanes:
             self._read_keyframes()
         edited = {change.key for change in changed.changes if change.table is CLICK}
         self._outliers = {key for key in self._outliers if key not in edited}
-        frames = sorted(set().union(*(changed.frames(table) for table in _TABLES)))
-        for first, end in _stretches(frames):
-            self._read(first, min(end, self._frames))
+        frames = set().union(*(changed.frames(table) for table in _TABLES))
+        if frames:
+            self._read(min(frames), min(max(frames) + 1, self._frames))
         return True
 
     def show_reference(
@@ -97,10 +96,9 @@ class AnnotationLanes:
         """Show what can be accepted: landmarks by frame; whether a lane may be different now."""
         if proposed == self._proposed:
             return False
-        frames = sorted({*proposed, *self._proposed})
+        frames = {*proposed, *self._proposed}
         self._proposed = proposed
-        for first, end in _stretches(frames):
-            self._dress(first, min(end, self._frames))
+        self._dress(min(frames), min(max(frames) + 1, self._frames))
         return True
 
     def lanes(self) -> tuple[Lane, ...]:
@@ -202,17 +200,6 @@ def _inside(flags: _Flags, first: int, end: int) -> list[tuple[int, str]]:
         if first <= frame < end
         for landmark in flags.get(frame, ())
     ]
-
-
-def _stretches(frames: Collection[int]) -> list[tuple[int, int]]:
-    """Ascending frames as half-open stretches; all in one where they are many."""
-    if not frames:
-        return []
-    numbers = np.fromiter(frames, np.int64)
-    parts = np.split(numbers, np.flatnonzero(np.diff(numbers) > 1) + 1)
-    if len(parts) > _MOST_QUERIES:
-        return [(int(numbers[0]), int(numbers[-1]) + 1)]
-    return [(int(part[0]), int(part[-1]) + 1) for part in parts]
 
 
 def _uncertainty_lanes(sigma: FloatArray) -> tuple[Lane, ...]:

@@ -2,13 +2,13 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from stereotrack_core.annotation import next_clicks as ranking_rules
-from stereotrack_core.annotation.appearance import unlike_the_others
 from stereotrack_core.annotation.click import ClickKey
-from stereotrack_core.annotation.doubts import Doubt
+from stereotrack_core.annotation.doubts import Doubt, unlike_the_others
 from stereotrack_core.annotation.fit.results import TrajectoryFit
 from stereotrack_core.counting import counted
 from stereotrack_core.geometry.camera import Camera
@@ -34,18 +34,6 @@ class Ranking:
     sign: ranking_rules.StopSign  # whether the wanted accuracy is reached
 
 
-@dataclass(frozen=True, eq=False)
-class _Order:
-    """Inputs of one ranking: all clicks if `build`, else those of the `edited` frames."""
-
-    fit: TrajectoryFit
-    run: LandmarkTrajectory | None
-    wanted_deg: float
-    build: bool
-    edited: frozenset[int]
-    doubts: Mapping[ClickKey, Doubt]  # that the images tell
-
-
 class _Ranker:
     """Ranks the places of one project in one thread; another project gets another ranker."""
 
@@ -53,30 +41,38 @@ class _Ranker:
         self._project, self._cameras = project, cameras
         self._ranking: ranking_rules.NextClicks | None = None
 
-    def __call__(self, order: _Order) -> Ranking:
+    def rank(
+        self,
+        fit: TrajectoryFit,
+        run: LandmarkTrajectory | None,
+        wanted_deg: float,
+        edited: frozenset[int] | None,
+        doubts: Mapping[ClickKey, Doubt],
+    ) -> Ranking:
+        """Rank anew, or take in the clicks of `edited` frames; `doubts` are what images tell."""
         project, gaps = self._project, gaps_of(self._project)
         ranking, self._ranking = self._ranking, None  # where this fails, the next one begins anew
-        if ranking is None or order.build:
+        if ranking is None or edited is None:
             unused = project.marks.unused_cameras()
             cameras = {name: one for name, one in self._cameras.items() if name not in unused}
             ranking = ranking_rules.NextClicks(
-                cameras, project.landmark_set(), order.fit,
+                cameras, project.landmark_set(), fit,
                 project.clicks.all(with_deleted=True),
-                sigma=project.click_sigmas(), run=order.run,
+                sigma=project.click_sigmas(), run=run,
             )  # fmt: skip
-            ranking.add(order.doubts)
+            ranking.add(doubts)
         else:
-            for frame in sorted(order.edited):
+            for frame in sorted(edited):
                 clicks = (*project.clicks.at(frame), *project.clicks.deleted_at(frame))
                 ranking.update(frame, clicks)
         self._ranking = ranking
-        counts = np.ones(len(order.fit.frame), dtype=np.bool_)
+        counts = np.ones(len(fit.frame), dtype=np.bool_)
         for gap in gaps:
-            counts &= (order.fit.frame < gap.start) | (order.fit.frame >= gap.stop)
+            counts &= (fit.frame < gap.start) | (fit.frame >= gap.stop)
         sigma = ranking.gains.limb_sigma_deg()[counts]
         clicked = int(ranking.gains.clicked()[counts].any(axis=1).sum())
         best = ranking.best(ranking_rules.Wish(count=_MOST, gaps=gaps))
-        return Ranking(best, ranking_rules.good_enough(sigma, order.wanted_deg, clicked))
+        return Ranking(best, ranking_rules.good_enough(sigma, wanted_deg, clicked))
 
 
 class NextPresenter:
@@ -88,26 +84,27 @@ class NextPresenter:
     def __init__(self, tasks: TaskList, ranked: Callable[[Ranking | None], None]) -> None:
         self._tasks, self._tell = tasks, ranked
         self._project: Project | None = None
-        self._cameras: Mapping[str, Camera] = {}
         self._fit: TrajectoryFit | None = None
         self._run: LandmarkTrajectory | None = None
         self.wanted_deg = WANTED_DEG
-        self._worker: LatestOnly | None = None
+        self._ranker: _Ranker | None = None
+        self._worker = LatestOnly(
+            tasks, lambda rank: rank(), "rank clicks", self._on_ranked,
+            self._on_failed, late=True,
+        )  # fmt: skip
         self._build, self._edited = False, frozenset[int]()
-        self._newest: _Order | None = None
         self._doubts: Mapping[ClickKey, Doubt] = {}
         self._checking = NewestJob(tasks)
 
     @property
     def idle(self) -> bool:
-        return self._worker is None or self._newest is None
+        return self._worker.settled()
 
     def set_project(self, project: Project | None, cameras: Mapping[str, Camera]) -> None:
-        if self._worker is not None:
-            self._worker.close()
-            self._worker = None
-        self._project, self._cameras = project, cameras
-        self._fit = self._run = self._newest = None
+        self._worker.close()
+        self._ranker = None if project is None else _Ranker(project, cameras)
+        self._project = project
+        self._fit = self._run = None
         self._doubts = {}
         self._checking.give_up()
         if project is not None:
@@ -161,28 +158,23 @@ class NextPresenter:
         self._checking.run(Job("checking clicks in the images", work, take))
 
     def _ask(self, *, build: bool = False, frames: frozenset[int] = frozenset()) -> None:
-        if self._fit is None or self._project is None:
+        if self._fit is None or self._ranker is None:
             return
-        if self._worker is None:
-            ranker = _Ranker(self._project, self._cameras)
-            how = ranker, "rank clicks", self._on_ranked, self._on_failed
-            self._worker = LatestOnly(self._tasks, *how, late=True)
         # what no answer has taken in yet; a frame that is taken in twice does no harm
         self._build, self._edited = self._build or build, self._edited | frames
-        order = _Order(self._fit, self._run, self.wanted_deg, self._build, self._edited,
-                       self._doubts)  # fmt: skip
-        self._newest = order
-        self._worker.ask(order)
+        edited = None if self._build else self._edited
+        known = self._fit, self._run, self.wanted_deg, edited, self._doubts
+        self._worker.ask(partial(self._ranker.rank, *known))
 
-    def _end(self, order: _Order) -> None:
-        if order is self._newest:
-            self._newest, self._build, self._edited = None, False, frozenset()
+    def _end(self) -> None:
+        if self._worker.settled():
+            self._build, self._edited = False, frozenset()
 
-    def _on_ranked(self, order: _Order, ranking: Ranking) -> None:
-        self._end(order)
+    def _on_ranked(self, _asked: object, ranking: Ranking) -> None:
+        self._end()
         if self._fit is not None:
             self._tell(ranking)
 
-    def _on_failed(self, order: _Order, error: Exception) -> None:
-        self._end(order)
+    def _on_failed(self, _asked: object, error: Exception) -> None:
+        self._end()
         self._tasks.failed(error)

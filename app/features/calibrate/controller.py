@@ -224,7 +224,9 @@ class CalibrationController:
         before = self.state.axes
         frame = before.board_frame if before.board_frame in frames else max(frames)
         axes = replace(before, board_frame=frame, floor=None)
-        self.change(world=made, axes=axes, saved="", saved_into=None)
+        fits = {one.camera.name: one for one in made.result.lenses}
+        lenses = replace(made, result=fits)  # they are calculated anew with the places
+        self.change(world=made, lenses=lenses, axes=axes, saved="", saved_into=None)
 
     def save(self, path: Path) -> None:
         target = path if path.suffix else path.with_suffix(".toml")

@@ -24,8 +24,8 @@ from ...session.messages import Message
 from ...session.replacing import open_again
 from ...widgets.style.building import holder, named, vbox
 from ...widgets.tables.panels import FindingsPanel
+from . import person
 from .controller import CalibrationController
-from .person import PersonCalibrator
 from .state import why_not_into
 
 if TYPE_CHECKING:
@@ -138,7 +138,7 @@ def _commands(context: Context, calibrate: CalibrateController) -> list[Command]
                 "minutes.", checks.measure, why_not=checks.why_not_measure),
         command("calibrate_person", "Calibrate from the person …", "Calculate cameras that are "
                 "guessed from clicks of the same landmarks in several views, and one length.",
-                calibrate.person.ask, why_not=calibrate.person.why_not),
+                partial(person.ask, context), why_not=partial(person.why_not, context.session)),
         command("calibrate_save", "Save calibration …", "Write a calibration.toml.",
                 lambda: calibrate.page.axes.ask(), icon="save", section=True,
                 why_not=lambda: in_page() or calibration.state.why_not_save()),
@@ -157,7 +157,7 @@ class CalibrateController:
     def __init__(self, context: Context) -> None:
         self._context, self._session = context, context.session
         self.calibration = CalibrationController(context)
-        self.checks, self.person = RecordingChecks(context), PersonCalibrator(context)
+        self.checks = RecordingChecks(context)
         self.findings = FindingsPanel(self.checks.ask)
         self._column = vbox()
         context.docks.add_page("calibration", named(holder(self._column), "Calibration"))

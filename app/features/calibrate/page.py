@@ -299,7 +299,7 @@ class CalibrationPage(QWidget):
         self.do_button.setVisible(bool(do))
         self.do_button.setText(again if made else do)
         allow(self.do_button, calibration.why_not_calculate(), "Calculate this step")
-        step = state.next_step()
+        step = state.next_step() if state.busy is None else None
         self.next_button.setVisible(state.step != "axes")
         self.next_button.setText("Next" if step is None else f"Next: {STEPS[step].lower()}")
         allow(self.next_button, calibration.why_no_next(), "Go to the next step")

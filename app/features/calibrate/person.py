@@ -1,22 +1,21 @@
 """Calibrate from the person: asks for a length, calculates beside the window, and says how well."""
 
+from collections.abc import Callable
 from functools import partial
 
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QFormLayout
 
 from stereotrack_core.annotation.click import UNCERTAIN, Visibility
-from stereotrack_core.calibrate.person import (
-    KnownLength,
-    PersonCalibration,
-    calibrate_from_person,
-)
+from stereotrack_core.calibrate.person import KnownLength, PersonCalibration, calibrate_from_person
 from stereotrack_core.errors import InputError
+from stereotrack_core.work import Work
 
 from ...context import Context
 from ...session.changes import PROJECT, RECORDING
 from ...session.jobs import Job, NewestJob
 from ...session.replacing import replace_cameras
-from ...session.session import unless
+from ...session.session import Session, unless
 from ...widgets.forms.form_dialog import FormDialog
 from ...widgets.forms.numbers import NumberField
 from ...widgets.style.building import choice, label
@@ -31,10 +30,12 @@ _ABOUT = (
 class PersonDialog(FormDialog):
     """Two landmarks, the length between them, and the focal length if it is known."""
 
-    def __init__(self, calibrator: "PersonCalibrator", names: tuple[str, ...]) -> None:
-        parent = calibrator.context.docks.dialog_parent
+    def __init__(self, context: Context, names: tuple[str, ...]) -> None:
+        parent = context.docks.dialog_parent
         super().__init__("Calibrate from the person", "Calibrate", self._on_button, parent)
-        self._calibrator, self._job = calibrator, NewestJob(calibrator.context.tasks)
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        self._context, self._job = context, NewestJob(context.tasks)
+        context.session.changes.watch(PROJECT | RECORDING, self.reject)
         self._found: PersonCalibration | None = None
         options = [(name, name.replace("_", " ")) for name in names]
         self.ends = [choice(f"{nth} landmark", options, "An end of the length") for nth in _ENDS]
@@ -62,9 +63,9 @@ class PersonDialog(FormDialog):
         self.say("")
 
     def _on_button(self) -> None:
-        found = self._found
-        if found is not None:
-            if self.attempt(lambda: self._calibrator.use(found)):
+        if (found := self._found) is not None:
+            session, what = self._context.session, f"The cameras are calibrated. {found.words()}"
+            if self.attempt(lambda: replace_cameras(session, found.cameras, what)):
                 self.accept()
             return
         ends = [str(box.currentData()) for box in self.ends]
@@ -74,8 +75,24 @@ class PersonDialog(FormDialog):
             return
         self.say("Calculating …")
         self.accept_button.setEnabled(False)
-        job = self._calibrator.job(length, self.focal.stored())
-        self._job.run(Job(job.title, job.work, self._on_found, self._on_failed))
+        work = self._work(length, self.focal.stored())
+        title = "calibrating from the person"
+        self._job.run(Job(title, lambda task: work(task.work), self._on_found, self._on_failed))
+
+    def _work(self, length: KnownLength, focal: float) -> Callable[[Work], PersonCalibration]:
+        """The calculation; a focal length of 0 pixels is found."""
+        session = self._context.session
+        recording, project = session.document.recording, session.project.project
+        assert recording is not None and project is not None  # noqa: S101, PT018 - it was asked
+        cameras = [recording.reference_camera(view) for view in recording.views]
+        sizes = {one.name: (one.width, one.height) for one in cameras}
+        share = focal / max(max(size) for size in sizes.values()) or None
+        clicks: dict[tuple[int, str], dict[str, tuple[float, float]]] = {}
+        for one in project.clicks.all():
+            sure = one.visibility == Visibility.SEEN and one.flag != UNCERTAIN
+            if sure and one.position is not None:
+                clicks.setdefault((one.frame, one.landmark), {})[one.camera] = one.position
+        return partial(calibrate_from_person, clicks, sizes, length, share)
 
     def _on_found(self, found: PersonCalibration) -> None:
         self._found = found
@@ -88,60 +105,25 @@ class PersonDialog(FormDialog):
         if isinstance(error, InputError):
             self.say(str(error), error=True)
         else:
-            self._calibrator.context.notifier.error(error)
+            self._context.notifier.error(error)
 
 
 _ENDS = ("First", "Second")
 
 
-class PersonCalibrator:
-    """Calculates the cameras of a recording of guessed ones from its project's clicks."""
+def why_not(session: Session) -> str:
+    """Why the cameras of the recording cannot be calculated from its project's clicks."""
+    recording = session.document.recording
+    if recording is None or session.no_project():
+        return session.no_project()
+    known = "The cameras of the recording are known. Attach a calibration to replace them."
+    alone = all(view.kind == "mono" for view in recording.views) and len(recording.views) > 1
+    two = "This needs two ordinary cameras or more, and no stereo cameras."
+    return unless(recording.guessed, known) or unless(alone, two)
 
-    def __init__(self, context: Context) -> None:
-        self.context, self._session = context, context.session
-        self._dialog: PersonDialog | None = None
-        context.session.changes.watch(PROJECT | RECORDING, self._close)
 
-    def why_not(self) -> str:
-        recording = self._session.document.recording
-        if recording is None or self._session.no_project():
-            return self._session.no_project()
-        known = "The cameras of the recording are known. Attach a calibration to replace them."
-        alone = all(view.kind == "mono" for view in recording.views) and len(recording.views) > 1
-        two = "This needs two ordinary cameras or more, and no stereo cameras."
-        return unless(recording.guessed, known) or unless(alone, two)
-
-    def ask(self) -> None:
-        project = self._session.project.project
-        if project is None or self.why_not():
-            return
-        self._dialog = PersonDialog(self, project.landmark_set().names)
-        self._dialog.finished.connect(self._forget)
-        self._dialog.open()
-
-    def job(self, length: KnownLength, focal: float) -> Job:
-        """The calculation; a focal length of 0 pixels is found."""
-        recording, project = self._session.document.recording, self._session.project.project
-        assert recording is not None and project is not None  # noqa: S101, PT018 - it was asked
-        cameras = [recording.reference_camera(view) for view in recording.views]
-        sizes = {one.name: (one.width, one.height) for one in cameras}
-        share = focal / max(max(size) for size in sizes.values()) or None
-        clicks: dict[tuple[int, str], dict[str, tuple[float, float]]] = {}
-        for one in project.clicks.all():
-            sure = one.visibility == Visibility.SEEN and one.flag != UNCERTAIN
-            if sure and one.position is not None:
-                clicks.setdefault((one.frame, one.landmark), {})[one.camera] = one.position
-        work = partial(calibrate_from_person, clicks, sizes, length, share)
-        return Job("calibrating from the person", lambda task: work(task.work))
-
-    def use(self, found: PersonCalibration) -> None:
-        """Give the recording the cameras. Raises InputError."""
-        what = f"The cameras are calibrated. {found.words()}"
-        replace_cameras(self._session, found.cameras, what)
-
-    def _forget(self) -> None:
-        self._dialog = None
-
-    def _close(self) -> None:
-        if self._dialog is not None:
-            self._dialog.reject()
+def ask(context: Context) -> None:
+    """Ask for a length, unless nothing can be calculated."""
+    project = context.session.project.project
+    if project is not None and not why_not(context.session):
+        PersonDialog(context, project.landmark_set().names).open()

@@ -10,11 +10,7 @@ from ...widgets.style.building import Raised, label, named, show_text, vbox
 from ...widgets.style.theme import set_look
 from .state import DOING, STEPS, Calibration, StepName
 
-_LOOKS = {
-    "done": ("✓", "done"),
-    "stale": ("↻", "to be calculated again"),
-    "": ("\u2003", "to do"),
-}
+_LOOKS = {"done": ("✓", "done"), "stale": ("↻", "to be calculated again"), "": ("\u2003", "to do")}
 """Sign and words for each state of a step: done, done with other things than chosen now, open."""
 
 
@@ -87,8 +83,9 @@ def _verdict(state: Calibration) -> tuple[str, Sequence[str], str]:
     found = state.verdict(state.step)
     if found is None:
         return *_HINTS[state.step], "muted"
-    remarks = [_STALE] if state.is_stale(state.step) else []
-    return found.words, [*remarks, *found.remarks], _COLOURS[found.grade]
+    if state.is_stale(state.step):  # in place of the words: a higher box would move the list
+        return _STALE, found.remarks, "warning"
+    return found.words, found.remarks, _COLOURS[found.grade]
 
 
 class VerdictBox(Raised):

@@ -16,15 +16,7 @@ from ...session.changes import Part
 from ...session.remedies import HARMLESS, WORTH, Remedy, Tried, is_harmless
 from ...session.session import Snapshot, unless
 from ...widgets.forms.form_dialog import ask_to_save
-from ...widgets.style.building import (
-    empty_label,
-    hbox,
-    label,
-    offer,
-    shortened,
-    show_text,
-    vbox,
-)
+from ...widgets.style.building import empty_label, hbox, label, offer, shortened, show_text, vbox
 from ...widgets.tables.table import RIGHT, STRETCH, Cell, CellTable, Column
 
 _NOTHING = (

@@ -1,6 +1,6 @@
 """The film strip of a failure: blink runs and reference, correct a point by a click in a cell."""
 
-from dataclasses import dataclass
+from functools import partial
 
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QComboBox, QLabel, QWidget
@@ -33,22 +33,18 @@ _EMPTY = (
 )
 
 
-@dataclass(frozen=True, eq=False)
-class _Wanted:
-    """A strip that is to be drawn."""
-
-    recording: Recording
-    runs: tuple[RunEntry, ...]
-    reference: LandmarkTrajectory | None
-    failure: FailureSegment
-    frames: tuple[int, ...]
-    reader: Shared[FrameReader]
-
-    def cells(self) -> tuple[FilmCell, ...]:
-        runs = tuple(run for entry in self.runs if (run := entry.run()) is not None)
-        limbs, frames = tuple(self.failure.limbs), self.frames
-        with self.reader.used() as reader:
-            return Film(self.recording, runs, self.reference, limbs, frames).cells(reader)
+def _cells(
+    recording: Recording,
+    entries: tuple[RunEntry, ...],
+    reference: LandmarkTrajectory | None,
+    failure: FailureSegment,
+    frames: tuple[int, ...],
+    shared: Shared[FrameReader],
+) -> tuple[FilmCell, ...]:
+    """Draw a strip."""
+    runs = tuple(run for entry in entries if (run := entry.run()) is not None)
+    with shared.used() as reader:
+        return Film(recording, runs, reference, tuple(failure.limbs), frames).cells(reader)
 
 
 class FilmStrip:
@@ -71,8 +67,9 @@ class FilmStrip:
         panel.setLayout(vbox(head, (self.view, 1), (self._empty, 1), margins=(6, 4, 6, 4)))
         context.docks.add("strip", "Film strip", panel)
         self._drawing = LatestOnly(
-            context.tasks, _Wanted.cells, "draw a film strip", self._on_cells
-        )
+            context.tasks, lambda draw: draw(), "draw a film strip",
+            lambda _draw, cells: self.view.show_cells(cells),
+        )  # fmt: skip
         context.tasks.watch(self._drawing.settled)
         self._soon = context.session.later(self._track_again, _CLICKED_MS)
         facts = Part.FAILURES | Part.ACTIVE_RUN | Part.RUNS | Part.TRUTH | Part.EDIT | Part.FRAME
@@ -96,19 +93,15 @@ class FilmStrip:
         runs = (active, *([before] if before is not None and before.frames else []))
         frames = film_frames(failure, recording.fps, now.frame_count)
         reference = None if now.truth is None else now.truth.trajectory
-        known = (
-            failure.limbs,
-            frames,
-            [(one, len(one.frames), one.begun) for one in runs],
-            reference,
-        )
-        if known != self._known:
-            self._known = known
+        stands = [(one, len(one.frames), one.begun) for one in runs]
+        if (failure.limbs, frames, stands, reference) != self._known:
+            self._known = failure.limbs, frames, stands, reference
             self._offer_landmarks(failure)
             names = tuple(one.name for one in runs)
             self._layers = (*names, *([now.truth.words] if now.truth is not None else []))
             copies = tuple(one.now() for one in runs)
-            self._drawing.ask(_Wanted(recording, copies, reference, failure, frames, reader))
+            known = recording, copies, reference, failure, frames, reader
+            self._drawing.ask(partial(_cells, *known))
         self._show_layer()
         self.view.show_marks(now.frame, self._marks(frames))
 
@@ -138,9 +131,6 @@ class FilmStrip:
                 if click.position is not None:
                     marks.setdefault((click.camera, frame), []).append(click.position)
         return marks
-
-    def _on_cells(self, _wanted: _Wanted, cells: tuple[FilmCell, ...]) -> None:
-        self.view.show_cells(cells)
 
     def _show_layer(self) -> None:
         layer = self._layer % max(len(self._layers), 1)

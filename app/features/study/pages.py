@@ -26,8 +26,8 @@ from stereotrack_core.evaluation.measures import measure_named, measured
 from stereotrack_core.recording.selection import frames_within
 from stereotrack_core.study import store
 from stereotrack_core.study.description import Study, StudyRecording, StudySettings, cell_of
-from stereotrack_core.study.importance import effects_of, effects_words
 from stereotrack_core.study.points import SPECIAL, parameter_rows
+from stereotrack_core.study.store import effects_of, effects_words
 from stereotrack_core.tracking.presets import PRESETS, preset
 from stereotrack_core.worker_processes import usable_cores
 

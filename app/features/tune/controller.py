@@ -16,7 +16,7 @@ from stereotrack_core.project.entries import (
 )
 from stereotrack_core.project.schema import PARAMETER_SET
 from stereotrack_core.recording.selection import gives_depth
-from stereotrack_core.study.importance import effects, effects_words
+from stereotrack_core.study.store import effects, effects_words
 from stereotrack_core.tracking.parameters import Settings
 from stereotrack_core.tracking.presets import (
     PRESETS,

@@ -8,12 +8,7 @@ from ...context import Context
 from ...services.actions import Command, Menu
 from ...services.docks import Transport
 from ...session.session import Session, unless
-from ...session.view_state import (
-    CLICK_OVERLAYS,
-    PICTURE_KINDS,
-    PictureKind,
-    ViewState,
-)
+from ...session.view_state import CLICK_OVERLAYS, PICTURE_KINDS, PictureKind, ViewState
 from ...widgets.camera.overlays import LEADING, OVERLAYS
 from ...widgets.scene.scene_view import SceneView, scene_bar
 from .controller import FirstZoom, ViewController, ViewMemory

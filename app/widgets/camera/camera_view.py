@@ -1,22 +1,10 @@
 """One picture with its overlays: zoom at the cursor, pan, loupe, what is under the cursor."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from math import hypot
 
+from PySide6 import QtGui
 from PySide6.QtCore import QEvent, QLineF, QPointF, QRectF, Qt, Signal
-from PySide6.QtGui import (
-    QColor,
-    QEnterEvent,
-    QFocusEvent,
-    QMouseEvent,
-    QPainter,
-    QPaintEvent,
-    QPen,
-    QTransform,
-    QWheelEvent,
-)
 from PySide6.QtWidgets import QWidget
 
 from ..redraw import RedrawQueue
@@ -142,16 +130,16 @@ class CameraView(PictureView):
             return _COMPUTED
         return self._acts.why_no_clicks
 
-    def paintEvent(self, _event: QPaintEvent) -> None:
+    def paintEvent(self, _event: QtGui.QPaintEvent) -> None:
         theme = current_theme()
-        painter = QPainter(self)
-        painter.fillRect(self.rect(), QColor(theme.scene_bottom))
+        painter = QtGui.QPainter(self)
+        painter.fillRect(self.rect(), QtGui.QColor(theme.scene_bottom))
         if not any(self._size()):
-            self._paint_message(painter, QColor(theme.muted))
+            self._paint_message(painter, QtGui.QColor(theme.muted))
         else:
             self._paint_picture(painter, self._to_widget())
             if self._display.loupe and self._cursor is not None:
-                size, rim = loupe_size(QRectF(self.rect())), QColor(theme.accent)
+                size, rim = loupe_size(QRectF(self.rect())), QtGui.QColor(theme.accent)
                 with loupe(painter, self._cursor, size, self._scale(), rim) as enlarge:
                     self._paint_picture(painter, self._to_widget() * enlarge)
             area, overlay = QRectF(self.rect()), self.picture and self.picture.overlay
@@ -160,19 +148,19 @@ class CameraView(PictureView):
                 reference_is_old=bool(overlay and overlay.reference_is_old),
             )  # fmt: skip
         if self._by_keys:
-            painter.setPen(QPen(QColor(theme.accent), 4.0))
+            painter.setPen(QtGui.QPen(QtGui.QColor(theme.accent), 4.0))
             painter.drawRect(self.rect())
         painter.end()
         self.painted, self._stale = self.picture, False
 
-    def _paint_picture(self, painter: QPainter, transform: QTransform) -> None:
+    def _paint_picture(self, painter: QtGui.QPainter, transform: QtGui.QTransform) -> None:
         if self.picture is None or self.picture.pixels is None:
             return
         painter.save()
         painter.setTransform(transform, True)
         # enlarged pixels stay squares, so that one sees what was measured
         small = hypot(transform.m11(), transform.m12()) < 3.0
-        painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform, small)
+        painter.setRenderHint(QtGui.QPainter.RenderHint.SmoothPixmapTransform, small)
         painter.drawImage(QPointF(-0.5, -0.5), self._image_of(self.picture.pixels))
         painter.restore()
         shown = self._display.overlays
@@ -185,13 +173,13 @@ class CameraView(PictureView):
         if self.crosshair is not None:
             paint_crosshair(painter, transform.map(self.crosshair), marks.offer.colour)
 
-    def wheelEvent(self, event: QWheelEvent) -> None:
+    def wheelEvent(self, event: QtGui.QWheelEvent) -> None:
         if event.angleDelta().y():
             self.zoom_by(1.2 ** (event.angleDelta().y() / 120.0), event.position())
             self._show_cursor()
         event.accept()
 
-    def mousePressEvent(self, event: QMouseEvent) -> None:
+    def mousePressEvent(self, event: QtGui.QMouseEvent) -> None:
         self._cursor = event.position()
         self._acts.point_at(self._name)
         self._acts.activated.emit(self._name)
@@ -208,7 +196,7 @@ class CameraView(PictureView):
             self._drag = (event.position(), event.position())
             self._dragged = False
 
-    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+    def mouseMoveEvent(self, event: QtGui.QMouseEvent) -> None:
         self._cursor = event.position()
         self._acts.point_at(self._name)
         if self._drag is not None:
@@ -230,7 +218,7 @@ class CameraView(PictureView):
         if self._display.loupe:
             self.update()
 
-    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+    def mouseReleaseEvent(self, event: QtGui.QMouseEvent) -> None:
         if self._hand.busy and event.button() == Qt.MouseButton.LeftButton:
             marks, dragged = self.marks, self._hand.dragging
             if marks is not None:
@@ -258,7 +246,7 @@ class CameraView(PictureView):
         if self._marks is drawn:
             self.set_marks(marks)
 
-    def _click_without_hand(self, event: QMouseEvent) -> None:
+    def _click_without_hand(self, event: QtGui.QMouseEvent) -> None:
         """A click that places nothing: it selects a limb, or with the right button a click."""
         marks, button = self.marks, event.button()
         if not self._acts.clicking and button == Qt.MouseButton.LeftButton:
@@ -268,18 +256,18 @@ class CameraView(PictureView):
             if mark is not None:
                 self._acts.clicked.emit(ClickAct("pick", marks.key(mark.landmark)))
 
-    def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
+    def mouseDoubleClickEvent(self, event: QtGui.QMouseEvent) -> None:
         if self._acts.clicking and event.button() == Qt.MouseButton.LeftButton:
             return  # the first of both has placed something; a second click would move it
         self.fit()
 
-    def focusInEvent(self, event: QFocusEvent) -> None:
+    def focusInEvent(self, event: QtGui.QFocusEvent) -> None:
         self._by_keys = event.reason() in _BY_KEYS
         if self._by_keys:
             self._acts.activated.emit(self._name)
         super().focusInEvent(event)
 
-    def focusOutEvent(self, event: QFocusEvent) -> None:
+    def focusOutEvent(self, event: QtGui.QFocusEvent) -> None:
         self._by_keys = False
         super().focusOutEvent(event)
 
@@ -308,7 +296,7 @@ class CameraView(PictureView):
         clear = 0.5 * loupe_size(QRectF(self.rect())) if self._display.loupe else 0.0
         self.label.say(offer.words, offer.colour, cursor, clear)
 
-    def enterEvent(self, event: QEnterEvent) -> None:
+    def enterEvent(self, event: QtGui.QEnterEvent) -> None:
         self._cursor = event.position()
         self._acts.point_at(self._name)
         self._show_cursor()

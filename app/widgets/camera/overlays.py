@@ -1,7 +1,5 @@
 """What is drawn over a picture: computed in the picture's pixels, painted with Qt."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import hypot

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import Any
 
 from PySide6.QtCore import QLocale, QPoint, Qt, Signal, Slot
-from PySide6.QtGui import QFocusEvent, QKeyEvent, QValidator
+from PySide6.QtGui import QFocusEvent, QKeyEvent, QValidator, QWheelEvent
 from PySide6.QtWidgets import QDoubleSpinBox, QToolTip, QWidget
 
 from stereotrack_core.counting import typed_number, typed_whole_number
@@ -38,7 +38,8 @@ class NumberField(QDoubleSpinBox):
     def __init__(self, *, digits: int = 1, per_unit: float = 1.0, **properties: Any) -> None:
         self._digits, self._per_unit = digits, per_unit
         self._stored: tuple[float, float] | None = None
-        super().__init__(decimals=_MOST_DECIMALS, **properties)
+        focus = {"focusPolicy": Qt.FocusPolicy.StrongFocus}  # the wheel gives none
+        super().__init__(decimals=_MOST_DECIMALS, **focus | properties)
         locale = QLocale.c()
         locale.setNumberOptions(QLocale.NumberOption.OmitGroupSeparator)
         self.setLocale(locale)
@@ -97,6 +98,9 @@ class NumberField(QDoubleSpinBox):
         """Refuse what cannot be read; the number from before the typing stands again."""
         self._refuse(text)
         return self._agreed
+
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        event.ignore()  # it scrolls what the field stands in
 
     def stepBy(self, steps: int) -> None:
         super().stepBy(steps)

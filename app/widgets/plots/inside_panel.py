@@ -3,29 +3,12 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+from PySide6 import QtWidgets
 from PySide6.QtCore import QSignalBlocker, QSize, Qt
 from PySide6.QtGui import QAction, QColor
-from PySide6.QtWidgets import (
-    QListWidget,
-    QListWidgetItem,
-    QScrollArea,
-    QStackedLayout,
-    QWidget,
-)
 
 from ...session.inspection import Step
-from ..style.building import (
-    ElidedLabel,
-    action_button,
-    hbox,
-    holder,
-    label,
-    named,
-    parameter_links,
-    show_text,
-    splitter,
-    vbox,
-)
+from ..style import building
 from ..style.colours import LIMB_COLOURS
 from ..style.theme import Dressed, current_theme
 from ..tables.table import LEFT, RIGHT, STRETCH, Cell, Column, PlainTable
@@ -71,32 +54,32 @@ class InsidePanel(Dressed):
     def __init__(self, choose: Callable[[int], object], show: Callable[[str], object]) -> None:
         super().__init__()
         self._choose = choose
-        self.steps = named(QListWidget(self), "Stages of the step")
+        self.steps = building.named(QtWidgets.QListWidget(self), "Stages of the step")
         self.steps.setMinimumWidth(110)
         self.steps.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.steps.currentItemChanged.connect(self._on_chosen)
-        self.beginning = ElidedLabel(parent=self)
+        self.beginning = building.ElidedLabel(parent=self)
         self.page = StepPage()
         self.page.parameters.linkActivated.connect(show)
         self._shown: tuple[Step, ...] = ()
-        self._buttons, self._usual = hbox(spacing=2), ""
+        self._buttons, self._usual = building.hbox(spacing=2), ""
         centre = Qt.AlignmentFlag.AlignCenter
-        self.nothing = label("", "muted", margins=(16, 8, 16, 8), align=centre)
+        self.nothing = building.label("", "muted", margins=(16, 8, 16, 8), align=centre)
         self.setAutoFillBackground(True)  # tab bars that lie behind would show through
-        self._stack = QStackedLayout(self)
+        self._stack = QtWidgets.QStackedLayout(self)
         self._stack.addWidget(self.nothing)
         self._stack.addWidget(self._body())
 
-    def _body(self) -> QWidget:
-        split = splitter(Qt.Orientation.Horizontal, (self.steps, 0), (self.page, 1))
+    def _body(self) -> QtWidgets.QWidget:
+        split = building.splitter(Qt.Orientation.Horizontal, (self.steps, 0), (self.page, 1))
         split.setSizes([136, 400])
-        top = hbox((self.beginning, 1), self._buttons, margins=(6, 2, 4, 0))
-        return holder(vbox(top, (split, 1), spacing=2))
+        top = building.hbox((self.beginning, 1), self._buttons, margins=(6, 2, 4, 0))
+        return building.holder(building.vbox(top, (split, 1), spacing=2))
 
     def set_actions(self, actions: Sequence[QAction], keys: str) -> None:
         """Offer commands at the top; `keys` look inside."""
         for action in actions:
-            button = action_button(action)
+            button = building.action_button(action)
             button.setAutoRaise(True)
             button.setIconSize(QSize(16, 16))
             self._buttons.addWidget(button)
@@ -127,14 +110,14 @@ class InsidePanel(Dressed):
         self.steps.clear()
         for index, step in enumerate(steps):
             if step.heading:
-                heading = QListWidgetItem(step.heading, self.steps)
+                heading = QtWidgets.QListWidgetItem(step.heading, self.steps)
                 heading.setFlags(Qt.ItemFlag.NoItemFlags)
                 heading.setToolTip(step.heading)
-            item = QListWidgetItem(f"   {step.title}", self.steps)
+            item = QtWidgets.QListWidgetItem(f"   {step.title}", self.steps)
             item.setData(_STEP, index)
         self._dress()
 
-    def _on_chosen(self, item: QListWidgetItem | None, _before: object = None) -> None:
+    def _on_chosen(self, item: QtWidgets.QListWidgetItem | None, _before: object = None) -> None:
         if item is not None and item.data(_STEP) is not None:
             self._choose(item.data(_STEP))
 
@@ -144,7 +127,7 @@ class InsidePanel(Dressed):
                 item.setForeground(QColor(current_theme().muted))
 
 
-class StepPage(QScrollArea):
+class StepPage(QtWidgets.QScrollArea):
     """What belongs to one step, from top to bottom."""
 
     def __init__(self) -> None:
@@ -152,16 +135,18 @@ class StepPage(QScrollArea):
         self.setAccessibleName("Step")
         self.setWidgetResizable(True)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        self.setFrameShape(QScrollArea.Shape.NoFrame)
+        self.setFrameShape(QtWidgets.QScrollArea.Shape.NoFrame)
         roles = "heading", "", "muted"
-        self.title, self.words, self.source = (label("", role, copied=True) for role in roles)
-        self.parameters = label()
+        self.title, self.words, self.source = (
+            building.label("", role, copied=True) for role in roles
+        )
+        self.parameters = building.label()
         self.parameters.setTextFormat(Qt.TextFormat.RichText)
         self.parameters.setTextInteractionFlags(Qt.TextInteractionFlag.LinksAccessibleByMouse)
         self.tables: list[PlainTable] = []
         parts = (self.title, self.words, self.parameters, self.source, None)
-        self._column = vbox(*parts, margins=(6, 4, 4, 8), spacing=4)
-        self.setWidget(holder(self._column))
+        self._column = building.vbox(*parts, margins=(6, 4, 4, 8), spacing=4)
+        self.setWidget(building.holder(self._column))
 
     def show_content(self, content: StepContent) -> None:
         if self.title.text() != content.title:
@@ -169,7 +154,7 @@ class StepPage(QScrollArea):
         self.title.setText(content.title)
         self.words.setText(content.words)
         self.source.setText(content.source)
-        show_text(self.parameters, parameter_links(content.parameters))
+        building.show_text(self.parameters, building.parameter_links(content.parameters))
         while len(self.tables) < len(content.tables):
             self.tables.append(PlainTable("Numbers of the step", most=1000, role="muted"))
             self._column.insertWidget(self._column.count() - 1, self.tables[-1])

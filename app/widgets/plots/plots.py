@@ -317,9 +317,10 @@ class StudyPlot(Dressed):
     def _draw_curve(self, axis: PlotAxis, curve: StudyCurve, colour: QColor, aside: float) -> None:
         at = np.array([_place(axis, place) + aside for place in curve.at])
         half = np.nan_to_num(curve.spread)
+        wide = float(np.ptp([_place(axis, place) for place in axis.places.values()])) or 1.0
         bars = pg.ErrorBarItem(
             x=at, y=curve.mean, top=half, bottom=half, pen=pg.mkPen(colour, width=1.2),
-            beam=0.012 * _extent(axis),
+            beam=0.012 * wide,
         )  # fmt: skip
         points = pg.ScatterPlotItem(
             x=[_place(axis, place) + aside for place in curve.x], y=curve.y,
@@ -368,10 +369,6 @@ def _asides(axis: PlotAxis, count: int) -> list[float]:
     gap = min(np.diff(places), default=1.0)
     step = min(_ASIDE * gap, 0.3 * gap / max(1, count))
     return [step * (i - (count - 1) / 2.0) for i in range(count)]
-
-
-def _extent(axis: PlotAxis) -> float:
-    return float(np.ptp([_place(axis, value) for value in axis.places.values()])) or 1.0
 
 
 def _ticks(axis: PlotAxis) -> list[list[tuple[float, str]]] | None:

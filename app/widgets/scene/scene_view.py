@@ -9,19 +9,8 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from PySide6 import QtGui
 from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt
-from PySide6.QtGui import (
-    QAction,
-    QColor,
-    QImage,
-    QKeyEvent,
-    QMouseEvent,
-    QPainter,
-    QPaintEvent,
-    QPen,
-    QResizeEvent,
-    QWheelEvent,
-)
 from PySide6.QtWidgets import QApplication, QWidget
 
 from stereotrack_core.arrays import FloatArray
@@ -36,7 +25,9 @@ if TYPE_CHECKING:
 
 
 def scene_bar(
-    title: str, layers: Sequence[QAction], menus: Sequence[tuple[str, str, Sequence[QAction]]]
+    title: str,
+    layers: Sequence[QtGui.QAction],
+    menus: Sequence[tuple[str, str, Sequence[QtGui.QAction]]],
 ) -> QWidget:
     """A row that stands where a panel has its title, with a button for each of the `layers`.
 
@@ -108,7 +99,7 @@ class SceneView(QWidget):
         self._renderer: SceneRenderer | None = None
         self.unavailable_because = ""
         """Why nothing can be rendered; empty while nothing stands against it."""
-        self._image: QImage | None = None
+        self._image: QtGui.QImage | None = None
         self._content_changed = True
         self._image_is_fine = False
         self._halved, self._fine_seconds = 0, 0.0
@@ -204,17 +195,17 @@ class SceneView(QWidget):
         """Whether any of it is on the screen, not behind another panel."""
         return self.isVisible() and not self.visibleRegion().isEmpty()
 
-    def paintEvent(self, _event: QPaintEvent) -> None:
+    def paintEvent(self, _event: QtGui.QPaintEvent) -> None:
         fine = self._image is not None and not self._image_is_fine and not self._rest.isActive()
-        painter = QPainter(self)
+        painter = QtGui.QPainter(self)
         if (self._image is None or fine) and not self._render(fine=fine):
             self._paint_apology(painter)
         elif self._image is not None:
-            painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
+            painter.setRenderHint(QtGui.QPainter.RenderHint.SmoothPixmapTransform)
             painter.drawImage(QRectF(self.rect()), self._image)
             self._paint_names(painter)
         if self.hasFocus():
-            painter.setPen(QPen(self.palette().highlight(), 2.0))
+            painter.setPen(QtGui.QPen(self.palette().highlight(), 2.0))
             painter.drawRect(self.rect().adjusted(1, 1, -1, -1))
         painter.end()
 
@@ -248,18 +239,18 @@ class SceneView(QWidget):
                 self.unavailable_because = str(problem)
         return self._renderer
 
-    def _paint_names(self, painter: QPainter) -> None:
+    def _paint_names(self, painter: QtGui.QPainter) -> None:
         area = QRectF(self.rect())
         paint_lettering(painter, self.content, self._layers, self.orbit, area, current_theme())
 
-    def _paint_apology(self, painter: QPainter) -> None:
+    def _paint_apology(self, painter: QtGui.QPainter) -> None:
         painter.fillRect(self.rect(), self.palette().base())
         painter.setPen(self.palette().placeholderText().color())
         text = f"The 3-D scene cannot be shown.\n{self.unavailable_because}\nEverything else works."
         flags = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
         painter.drawText(self.rect().adjusted(16, 16, -16, -16), flags, text)
 
-    def resizeEvent(self, _event: QResizeEvent) -> None:
+    def resizeEvent(self, _event: QtGui.QResizeEvent) -> None:
         if self._orbit is not None and self._standing:
             self._orbit = self._standard(self._standing)
         self._changed()
@@ -269,14 +260,14 @@ class SceneView(QWidget):
             self._changed(content=True)
         super().changeEvent(event)
 
-    def mousePressEvent(self, event: QMouseEvent) -> None:
+    def mousePressEvent(self, event: QtGui.QMouseEvent) -> None:
         self._press = self._last = event.position()
         shift = event.modifiers() & Qt.KeyboardModifier.ShiftModifier
         self._turning = event.button() == Qt.MouseButton.LeftButton and not shift
         self._dragged = False
         event.accept()
 
-    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+    def mouseMoveEvent(self, event: QtGui.QMouseEvent) -> None:
         if self._press is None:
             return
         far = (event.position() - self._press).manhattanLength()
@@ -287,13 +278,13 @@ class SceneView(QWidget):
             move = self.orbit.turned if self._turning else self.orbit.moved
             self.set_orbit(move(-step.x() * by, step.y() * by))
 
-    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+    def mouseReleaseEvent(self, event: QtGui.QMouseEvent) -> None:
         clicked, self._press = self._press is not None and not self._dragged, None
         left = event.button() == Qt.MouseButton.LeftButton
         if clicked and left and (limb := self.limb_at(event.position())):
             self._choose_limb(limb)
 
-    def mouseDoubleClickEvent(self, _event: QMouseEvent) -> None:
+    def mouseDoubleClickEvent(self, _event: QtGui.QMouseEvent) -> None:
         self._press = None
         self.set_view("home")
 
@@ -306,7 +297,7 @@ class SceneView(QWidget):
         ray = self.orbit.ray(position.x(), position.y(), self.width(), self.height())
         return limb_at(self.content.meshes, self.orbit.eye, ray)
 
-    def wheelEvent(self, event: QWheelEvent) -> None:
+    def wheelEvent(self, event: QtGui.QWheelEvent) -> None:
         self.set_orbit(self.orbit.zoomed(1.0015 ** event.angleDelta().y()))
         event.accept()
 
@@ -315,13 +306,13 @@ class SceneView(QWidget):
         wants = takes_key(event, lambda key: self._orbit_for(key) is not None)
         return wants or super().event(event)
 
-    def keyPressEvent(self, event: QKeyEvent) -> None:
+    def keyPressEvent(self, event: QtGui.QKeyEvent) -> None:
         if orbit := self._orbit_for(event):
             self.set_orbit(orbit)
         else:
             super().keyPressEvent(event)
 
-    def _orbit_for(self, event: QKeyEvent) -> Orbit | None:
+    def _orbit_for(self, event: QtGui.QKeyEvent) -> Orbit | None:
         key = Qt.Key(event.key())
         modifiers = event.modifiers() & ~Qt.KeyboardModifier.KeypadModifier
         if modifiers == Qt.KeyboardModifier.AltModifier and key in _TURN_KEYS:
@@ -344,7 +335,7 @@ _MARGIN, _GAP, _ROW, _SWATCH = 6.0, 6.0, 18.0, 9.0
 
 
 def paint_lettering(
-    painter: QPainter,
+    painter: QtGui.QPainter,
     content: SceneContent,
     layers: Mapping[str, bool],
     orbit: Orbit,
@@ -371,21 +362,21 @@ def paint_lettering(
         _paint_legend(painter, content.point_legend, area, theme)
 
 
-def _write(painter: QPainter, text: str, box: QRectF, theme: Theme) -> None:
+def _write(painter: QtGui.QPainter, text: str, box: QRectF, theme: Theme) -> None:
     for ink, shift in ((theme.scene_bottom, 1.0), (theme.text, 0.0)):  # over its shadow
-        painter.setPen(QColor(ink))
+        painter.setPen(QtGui.QColor(ink))
         painter.drawText(box.translated(shift, shift), Qt.AlignmentFlag.AlignCenter, text)
 
 
-def _paint_axes(painter: QPainter, orbit: Orbit, area: QRectF) -> None:
+def _paint_axes(painter: QtGui.QPainter, orbit: Orbit, area: QRectF) -> None:
     middle = area.bottomRight() - QPointF(44.0, 42.0)
     painter.save()
-    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+    painter.setRenderHint(QtGui.QPainter.RenderHint.Antialiasing)
     flat = np.column_stack([orbit.right, -orbit.up])
     for axis in np.argsort(orbit.toward_eye):  # the nearest last
         name, colour = _AXES[axis]
         end = QPointF(*(_AXIS_LENGTH * flat[axis]))
-        painter.setPen(QPen(QColor(colour), 2.0))
+        painter.setPen(QtGui.QPen(QtGui.QColor(colour), 2.0))
         painter.drawLine(middle, middle + end)
         box = QRectF(0.0, 0.0, 16.0, 16.0)
         box.moveCenter(middle + end * (1.0 + 9.0 / _AXIS_LENGTH))
@@ -393,23 +384,23 @@ def _paint_axes(painter: QPainter, orbit: Orbit, area: QRectF) -> None:
     painter.restore()
 
 
-def _paint_legend(painter: QPainter, legend: PointLegend, area: QRectF, theme: Theme) -> None:
+def _paint_legend(painter: QtGui.QPainter, legend: PointLegend, area: QRectF, theme: Theme) -> None:
     """Say at the top left what the colours of the points mean, in a row for each."""
     rows: list[tuple[str, tuple[int, int, int] | None]] = [(legend.title, None), *legend.entries]
     widest = max(painter.fontMetrics().horizontalAdvance(text) for text, _ in rows)
     corner = area.topLeft() + QPointF(_MARGIN, _MARGIN)
     left = corner.x() + 2.0 * _GAP + _SWATCH
     painter.save()
-    paper = QColor(theme.base)
+    paper = QtGui.QColor(theme.base)
     paper.setAlpha(215)
     width = left - corner.x() + widest + _GAP
     painter.fillRect(QRectF(corner.x(), corner.y(), width, _ROW * len(rows) + 4.0), paper)
-    painter.setPen(QColor(theme.text))
+    painter.setPen(QtGui.QColor(theme.text))
     for place, (text, colour) in enumerate(rows):
         top = corner.y() + 2.0 + place * _ROW
         if colour is not None:
             dot = QRectF(corner.x() + _GAP, top + 0.5 * (_ROW - _SWATCH), _SWATCH, _SWATCH)
-            painter.fillRect(dot, QColor(*colour))
+            painter.fillRect(dot, QtGui.QColor(*colour))
         start = corner.x() + _GAP if colour is None else left
         row = QRectF(start, top, width, _ROW)
         painter.drawText(row, Qt.AlignmentFlag.AlignVCenter | Qt.AlignmentFlag.AlignLeft, text)

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import Any, TypeAlias, TypeVar
 
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QAction, QResizeEvent
+from PySide6.QtGui import QAction, QResizeEvent, QWheelEvent
 from PySide6.QtWidgets import (
     QBoxLayout,
     QComboBox,
@@ -223,6 +223,17 @@ def menu_of(button: QToolButton) -> QMenu:
     return menu
 
 
+class Choice(QComboBox):
+    """A list to choose from; the wheel scrolls what it stands in, and never changes it."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        event.ignore()
+
+
 def choice(
     name: str,
     options: Iterable[tuple[str, str]] = (),
@@ -230,7 +241,7 @@ def choice(
     chosen: Callable[[Any], object] | None = None,
 ) -> QComboBox:
     """Make a list of keys with what a person reads; `chosen` is called with the key chosen."""
-    box = named(QComboBox(), name, tip or name)
+    box = named(Choice(), name, tip or name)
     for key, text in options:
         box.addItem(text, key)
     if chosen is not None:

@@ -38,6 +38,7 @@ def data_folder(name: str) -> Path:
     raise FileNotFoundError(f"{_APP / name} is missing: reinstall stereotrack")
 
 
+@cache
 def resource_path(*parts: str) -> Path:
     """Path of one data file, such as ``resource_path("icons", "play.svg")``."""
     path = data_folder("resources").joinpath(*parts)

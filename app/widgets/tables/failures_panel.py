@@ -7,12 +7,7 @@ from PySide6.QtCore import QSignalBlocker, Qt
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QTextBrowser, QWidget
 
-from stereotrack_core.evaluation.failure_segments.segment import (
-    CAUSE_WORDS,
-    FOUND_WORDS,
-    FailureSegment,
-    limbs_words,
-)
+from stereotrack_core.evaluation.failure_segments import segment
 
 from ..forms.form_dialog import line_edit
 from ..style.building import hbox, label, offer, parameter_links, show_text, splitter, vbox
@@ -42,7 +37,7 @@ class EvidenceView(QTextBrowser):
         self.setMinimumHeight(80)
         self.show_words("", None)
 
-    def show_words(self, heading: str, failure: FailureSegment | None) -> None:
+    def show_words(self, heading: str, failure: segment.FailureSegment | None) -> None:
         """Show what is known of a failure and of its causes, or how to choose one."""
         lines = [escape(heading or _NONE)]
         if failure is not None:
@@ -54,7 +49,7 @@ class EvidenceView(QTextBrowser):
             for one in verdict.evidence:
                 full = round(_BAR * min(max(one.strength, 0.0), 1.0))
                 bar = "█" * full + "░" * (_BAR - full)
-                cause = escape(CAUSE_WORDS[one.cause])
+                cause = escape(segment.CAUSE_WORDS[one.cause])
                 name = f"<b>{cause}</b>" if one.cause == verdict.cause else cause
                 lines.append(f"<tt>{bar}</tt> {name}: {escape(one.words)}")
         self.setHtml("".join(f"<p style='margin:0 0 4px 0'>{line}</p>" for line in lines))
@@ -116,7 +111,7 @@ class FailuresPanel(QWidget):
         self.tree.addActions(actions)
 
     def show_rows(
-        self, failures: Sequence[FailureSegment], fps: float, chosen: int, words: str
+        self, failures: Sequence[segment.FailureSegment], fps: float, chosen: int, words: str
     ) -> None:
         """Show these, one of them `chosen` or -1; `words` are said about all of them."""
         show_text(self.words, words)
@@ -141,7 +136,7 @@ class FailuresPanel(QWidget):
         heading = _heading(failure, self._fps) if failure else ""
         self.evidence.show_words(heading, failure)
 
-    def _cells(self, failure: FailureSegment) -> Sequence[Cell]:
+    def _cells(self, failure: segment.FailureSegment) -> Sequence[Cell]:
         tip = f"{_heading(failure, self._fps)} Double-click or press Enter to go there."
         verdict, reason, limb = failure.verdict, failure.reason, LIMB_COLOURS[failure.peak_limb]
         sure = f" Confidence {100.0 * verdict.confidence:.0f} %." if verdict.confidence else ""
@@ -152,19 +147,19 @@ class FailuresPanel(QWidget):
         )
         return (
             Cell(f"{failure.first}–{failure.last}", tip, value=failure.first),
-            Cell(limbs_words(failure.limbs), tip, swatch=limb),
+            Cell(segment.limbs_words(failure.limbs), tip, swatch=limb),
             *peaks,
-            Cell(CAUSE_WORDS[verdict.cause], f"{verdict.words}.{sure}"),
+            Cell(segment.CAUSE_WORDS[verdict.cause], f"{verdict.words}.{sure}"),
             Cell()
             if reason is None
             else Cell("correct" if reason.why == "right" else reason.brief, reason.words),
         )
 
 
-def _heading(failure: FailureSegment, fps: float) -> str:
+def _heading(failure: segment.FailureSegment, fps: float) -> str:
     chance = "" if failure.measure == "error" else " failure probability"
     return (
         f"Frames {failure.first} to {failure.last} ({len(failure.frames) / fps:.1f} s), detected "
-        f"{FOUND_WORDS[failure.found]}: {limbs_words(failure.limbs)}, worst in frame "
-        f"{failure.peak_frame} with {failure.peak_words}{chance}."
+        f"{segment.FOUND_WORDS[failure.found]}: {segment.limbs_words(failure.limbs)}, worst in "
+        f"frame {failure.peak_frame} with {failure.peak_words}{chance}."
     )

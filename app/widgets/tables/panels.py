@@ -2,36 +2,21 @@
 
 import math
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TypeAlias
 
+from PySide6 import QtWidgets
 from PySide6.QtCore import QEvent, QSignalBlocker, QSize, Qt
-from PySide6.QtGui import QAction, QPen
-from PySide6.QtWidgets import (
-    QCheckBox,
-    QStackedLayout,
-    QStyledItemDelegate,
-    QTreeWidgetItem,
-    QWidget,
-)
+from PySide6.QtGui import QAction, QIcon, QPen, QResizeEvent
 
 from stereotrack_core.counting import counted
 from stereotrack_core.recording.findings import Finding
 
-from ..style.building import (
-    action_button,
-    empty_label,
-    hbox,
-    label,
-    named,
-    show_text,
-    thin_progress,
-    tool_button,
-    vbox,
-)
+from ..style import building
 from ..style.colours import LIMB_COLOURS, PEN_STYLES, LineStyle, line_pixmap
-from .camera_boxes import CameraBoxes
+from ..style.theme import icon_named
 from .table import RIGHT, STRETCH, TOP, Cell, CellRow, CellTable, Column
 from .trees import CellTree, TreeRow
 
@@ -50,15 +35,15 @@ _NUMBERS = (
 )
 
 
-class NumbersPanel(QWidget):
+class NumbersPanel(QtWidgets.QWidget):
     """Table of numbers, each with its limb's colour; Ctrl+C copies what is selected."""
 
     def __init__(self) -> None:
         super().__init__()
         self.table = CellTable("Frame metrics", _NUMBERS, _number_cells)
         words = "Run the tracker to see metrics of this frame."
-        nothing = label(words, "muted", align=Qt.AlignmentFlag.AlignCenter)
-        self._stack = QStackedLayout(self)
+        nothing = building.label(words, "muted", align=Qt.AlignmentFlag.AlignCenter)
+        self._stack = QtWidgets.QStackedLayout(self)
         self._stack.addWidget(nothing)
         self._stack.addWidget(self.table)
 
@@ -78,18 +63,87 @@ def _number_cells(row: NumberRow) -> Sequence[Cell]:
     )
 
 
-class BodyPanel(QWidget):
+class CameraBoxes(QtWidgets.QWidget):
+    """A box to tick for each camera that counts, in as many columns as there is room for."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.boxes: dict[QtWidgets.QCheckBox, QAction] = {}
+        self._doubtful: Collection[str] = ()
+        self._doubt = ""
+        self._placed: tuple[list[QtWidgets.QCheckBox], int] = [], 0
+        # as wide as the panel is, however many columns there are: it may become narrower
+        self.setSizePolicy(QtWidgets.QSizePolicy.Policy.Ignored, QtWidgets.QSizePolicy.Policy.Fixed)
+        self._grid = QtWidgets.QGridLayout()
+        self._grid.setHorizontalSpacing(12)
+        self._grid.setVerticalSpacing(2)
+        caption = building.label("Cameras that count", "muted", margins=(6, 0, 6, 0))
+        self.setLayout(
+            building.vbox(caption, building.hbox(self._grid, None), margins=(0, 2, 0, 2), spacing=2)
+        )
+
+    def add(self, actions: Sequence[QAction]) -> None:
+        """Add boxes of commands ``Use N``, which switch whether a camera counts."""
+        for action in actions:
+            box = QtWidgets.QCheckBox(self)
+            self.boxes[box] = action
+            box.clicked.connect(action.trigger)
+            action.changed.connect(partial(self._show, box, action))
+
+    def mark(self, doubtful: Collection[str], words: str) -> None:
+        """Say of cameras, as people call them, that they disagree with the others."""
+        if (self._doubtful, self._doubt) != (doubtful, words):
+            self._doubtful, self._doubt = doubtful, words
+            for box, action in self.boxes.items():
+                self._show(box, action)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._lay_out()
+
+    def _show(self, box: QtWidgets.QCheckBox, action: QAction) -> None:
+        name, tip = action.text().removeprefix("Use "), action.toolTip()
+        doubtful = name in self._doubtful
+        box.setText(building.shortened(name, 10))
+        box.setChecked(action.isChecked())
+        box.setEnabled(action.isEnabled())
+        box.setIcon(icon_named("warning") if doubtful else QIcon())
+        box.setToolTip(f"{self._doubt}. {tip}" if doubtful else tip)
+        box.setVisible(action.isVisible())
+        self._lay_out()
+
+    def _lay_out(self) -> None:
+        """Place the boxes; where they stay in their places, a frame step has no time for it."""
+        shown = [box for box in self.boxes if not box.isHidden()]
+        widest = self._grid.horizontalSpacing()
+        widest += max(map(_width_with_icon, shown), default=0)
+        columns = max(self.width() // widest, 1)
+        if self._placed == (shown, columns):
+            return
+        self._placed = shown, columns
+        for place, box in enumerate(shown):
+            self._grid.addWidget(box, *divmod(place, columns))
+        self.setVisible(bool(shown))
+
+
+def _width_with_icon(box: QtWidgets.QCheckBox) -> int:
+    """Pixels, also without an icon: columns stay as many when it comes and goes."""
+    icon = box.iconSize().width() + 4 if box.icon().isNull() else 0
+    return box.sizeHint().width() + icon
+
+
+class BodyPanel(QtWidgets.QWidget):
     """How well clicks fix each limb, the clicked lengths, and whether measured depth is used."""
 
     def __init__(self) -> None:
         super().__init__()
         self.cameras = CameraBoxes()
-        self.with_depth = QCheckBox("Use depth")
+        self.with_depth = QtWidgets.QCheckBox("Use depth")
         self.with_depth.setToolTip(
             "Fit the body to the measured points as well as to the clicks, where the recording "
             "has depth."
         )
-        self.words = label(margins=(6, 2, 6, 2), copied=True)
+        self.words = building.label(margins=(6, 2, 6, 2), copied=True)
         columns = (Column(""), Column("", "", RIGHT, even=True), Column("", width=STRETCH))
         self.tree = CellTable("Uncertainty of the body fit", columns)
         self.tree.setHeaderHidden(True)
@@ -99,25 +153,25 @@ class BodyPanel(QWidget):
         self.tree.setMinimumHeight(40)  # it scrolls; what is below it cannot give room
         self.tree.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self.tree.setSelectionMode(CellTable.SelectionMode.NoSelection)
-        self.hint = label("", "muted", margins=(6, 2, 6, 2))
+        self.hint = building.label("", "muted", margins=(6, 2, 6, 2))
         self.hint.hide()
-        self._buttons = vbox(spacing=0, margins=(4, 0, 4, 2))
+        self._buttons = building.vbox(spacing=0, margins=(4, 0, 4, 2))
         above = (self.words, (self.tree, 1), self.cameras)
         parts = (*above, self.with_depth, self.hint, self._buttons)
-        self.setLayout(vbox(*parts, margins=(0, 2, 0, 0), spacing=2))
+        self.setLayout(building.vbox(*parts, margins=(0, 2, 0, 0), spacing=2))
 
     def add_action_buttons(self, actions: Sequence[QAction]) -> None:
         for action in actions:
-            button = action_button(action, Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+            button = building.action_button(action, Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
             button.setAutoRaise(True)
             self._buttons.addWidget(button)
 
     def show_hint(self, words: str) -> None:
-        show_text(self.hint, words)
+        building.show_text(self.hint, words)
 
     def show_body(self, words: Sequence[str], rows: Sequence[CellRow]) -> None:
         """Show the most important words first, then a row for every limb and length."""
-        show_text(self.words, "\n".join(words))
+        building.show_text(self.words, "\n".join(words))
         self.tree.show_rows(rows)
 
 
@@ -125,7 +179,7 @@ _ORDER = {"error": 0, "warning": 1, "note": 2}
 _COLOURS = {"error": "error", "warning": "warning", "note": "muted"}
 
 
-class FindingsPanel(QWidget):
+class FindingsPanel(QtWidgets.QWidget):
     """A verdict in words, and below it each finding: where, what, and what to do.
 
     `correct` is called when the button of a finding is pressed whose correction is known.
@@ -134,18 +188,18 @@ class FindingsPanel(QWidget):
     def __init__(self, correct: Callable[[Finding], object]) -> None:
         super().__init__()
         self._correct = correct
-        self.verdict = label(margins=(8, 6, 8, 6))
+        self.verdict = building.label(margins=(8, 6, 8, 6))
         where = Column("Where", align=TOP, width=110)
         columns = where, Column("Problem and remedy", width=STRETCH), Column("", width=90)
         self.tree = CellTable("Recording checks", columns, _finding_cells, least=200)
-        self.tree.setItemDelegate(QStyledItemDelegate(self.tree))
+        self.tree.setItemDelegate(QtWidgets.QStyledItemDelegate(self.tree))
         self.tree.setUniformRowHeights(False)
         self.tree.setWordWrap(True)
-        self._top = hbox((self.verdict, 1), margins=(0, 0, 6, 0))
-        self.setLayout(vbox(self._top, (self.tree, 1), spacing=0))
+        self._top = building.hbox((self.verdict, 1), margins=(0, 0, 6, 0))
+        self.setLayout(building.vbox(self._top, (self.tree, 1), spacing=0))
 
     def add_action_button(self, action: QAction) -> None:
-        self._top.addWidget(action_button(action))
+        self._top.addWidget(building.action_button(action))
 
     def show_findings(self, findings: Sequence[Finding] | None) -> None:
         """Show what was found; None while it is still being looked for."""
@@ -156,11 +210,11 @@ class FindingsPanel(QWidget):
             self.tree.setIndexWidget(self.tree.cells.index(row, 2), self._button(finding))
         self.verdict.setText("Checking the recording …" if findings is None else _verdict(findings))
 
-    def _button(self, finding: Finding) -> QWidget:
+    def _button(self, finding: Finding) -> QtWidgets.QWidget:
         if finding.correction is None:
-            return QWidget()
+            return QtWidgets.QWidget()
         tip = "Say what would be changed in which file of the recording."
-        button = tool_button(tip, text="Correct …", do=lambda: self._correct(finding))
+        button = building.tool_button(tip, text="Correct …", do=lambda: self._correct(finding))
         button.setAutoRaise(False)
         button.setAccessibleName(f"Correct {finding.where}")
         return button
@@ -194,7 +248,7 @@ TRIAL_TIP = (
 )
 
 
-class TrialsPanel(QWidget):
+class TrialsPanel(QtWidgets.QWidget):
     """A row for the run and for each trial.
 
     `chosen` is called with the row that a person has selected, -1 for none.
@@ -202,19 +256,19 @@ class TrialsPanel(QWidget):
 
     def __init__(self, chosen: Callable[[int], object]) -> None:
         super().__init__()
-        self.words = label(margins=(8, 6, 8, 0))
+        self.words = building.label(margins=(8, 6, 8, 0))
         self.stretch_words, self.limits = (
-            label("", "muted", margins=(8, 0, 8, 2)) for _ in range(2)
+            building.label("", "muted", margins=(8, 0, 8, 2)) for _ in range(2)
         )
-        self.progress = thin_progress()
+        self.progress = building.thin_progress()
         self.table = CellTable("Trials", least=172, single=True)
         self.table.selectionModel().selectionChanged.connect(lambda: chosen(self.row))
-        self._nothing = empty_label(_NOTHING)
-        self._colours = label(_COLOURS_WORDS, "muted", margins=(8, 2, 8, 2))
-        self.buttons = hbox(margins=(6, 0, 6, 0))
+        self._nothing = building.empty_label(_NOTHING)
+        self._colours = building.label(_COLOURS_WORDS, "muted", margins=(8, 2, 8, 2))
+        self.buttons = building.hbox(margins=(6, 0, 6, 0))
         below = ((self._nothing, 1), (self.table, 1), self._colours, self.buttons)
         head = (self.words, self.stretch_words, self.limits, self.progress)
-        self.setLayout(vbox(*head, *below, margins=(0, 0, 0, 4), spacing=2))
+        self.setLayout(building.vbox(*head, *below, margins=(0, 0, 0, 4), spacing=2))
         self.show_progress(0, 0)
         self.show_table((), ())
 
@@ -224,9 +278,9 @@ class TrialsPanel(QWidget):
 
     def show_words(self, words: str, stretch: str, limits: str) -> None:
         """Say what is being done or would be, on which frames, and what besides it differs."""
-        show_text(self.words, words)
-        show_text(self.stretch_words, stretch)
-        show_text(self.limits, limits)
+        building.show_text(self.words, words)
+        building.show_text(self.stretch_words, stretch)
+        building.show_text(self.limits, limits)
 
     def show_progress(self, done: int, count: int) -> None:
         """Show how many of `count` frames are done; nothing where `count` is 0."""
@@ -280,7 +334,7 @@ class RunRow:
     made: str  # preset and changed parameters
 
 
-class RunsPanel(QWidget):
+class RunsPanel(QtWidgets.QWidget):
     """A row per run; the tick shows it, a click draws its model, the name can be changed.
 
     `activate`, `show_run` and `rename` are called with the place of a run among the rows.
@@ -298,7 +352,7 @@ class RunsPanel(QWidget):
             show_run(place, ticked)
             rename(place, name)
 
-        def on_clicked(item: QTreeWidgetItem) -> None:
+        def on_clicked(item: QtWidgets.QTreeWidgetItem) -> None:
             if item.checkState(0) == Qt.CheckState.Checked:
                 activate(self.tree.indexOfTopLevelItem(item))
 
@@ -308,9 +362,9 @@ class RunsPanel(QWidget):
         self.tree.setIconSize(QSize(30, 14))
         self.tree.setEditTriggers(CellTree.EditTrigger.EditKeyPressed)
         self.tree.setTextElideMode(Qt.TextElideMode.ElideMiddle)
-        self.made = label("", "muted", margins=(8, 2, 8, 6), copied=True)
-        self._none = empty_label("Run the tracker or open a run to see it listed here.")
-        self.setLayout(vbox(self._none, (self.tree, 1), self.made))
+        self.made = building.label("", "muted", margins=(8, 2, 8, 6), copied=True)
+        self._none = building.empty_label("Run the tracker or open a run to see it listed here.")
+        self.setLayout(building.vbox(self._none, (self.tree, 1), self.made))
         self.tree.itemClicked.connect(on_clicked)
         # a run that is not shown is shown, and read from the project where it has to be
         self.tree.activated.connect(lambda index: activate(index.row()))
@@ -348,19 +402,19 @@ _METRIC_COLOURS = (
 )
 
 
-class ComparisonPanel(QWidget):
+class ComparisonPanel(QtWidgets.QWidget):
     """A row per measure and a column per run; the first run is what others are compared with."""
 
     def __init__(self) -> None:
         super().__init__()
-        self.words = label(_NO_METRICS, "muted", margins=(8, 6, 8, 2))
+        self.words = building.label(_NO_METRICS, "muted", margins=(8, 6, 8, 2))
         tip = "Show the errors of the arms over each named stretch."
-        self.by_stretch = named(QCheckBox("By named stretch"), tip=tip)
+        self.by_stretch = building.named(QtWidgets.QCheckBox("By named stretch"), tip=tip)
         self.by_stretch.hide()
         self.table = CellTable("Run comparison", least=280)
-        self._colours = label(_METRIC_COLOURS, "muted", margins=(8, 2, 8, 4))
-        box = hbox(self.by_stretch, margins=(8, 0, 8, 0))
-        self.setLayout(vbox(self.words, box, (self.table, 1), self._colours, spacing=2))
+        self._colours = building.label(_METRIC_COLOURS, "muted", margins=(8, 2, 8, 4))
+        box = building.hbox(self.by_stretch, margins=(8, 0, 8, 0))
+        self.setLayout(building.vbox(self.words, box, (self.table, 1), self._colours, spacing=2))
         self._colours.hide()
         self.table.hide()
 

@@ -5,35 +5,8 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, TypeAlias
 
-from PySide6.QtCore import (
-    QAbstractTableModel,
-    QEvent,
-    QModelIndex,
-    QPersistentModelIndex,
-    QSize,
-    QSortFilterProxyModel,
-    Qt,
-)
-from PySide6.QtGui import (
-    QColor,
-    QFont,
-    QFontDatabase,
-    QFontMetricsF,
-    QGuiApplication,
-    QIcon,
-    QKeyEvent,
-    QKeySequence,
-    QPixmap,
-    QResizeEvent,
-)
-from PySide6.QtWidgets import (
-    QHeaderView,
-    QStyle,
-    QStyledItemDelegate,
-    QStyleOptionViewItem,
-    QTreeView,
-    QWidget,
-)
+from PySide6 import QtCore, QtGui, QtWidgets
+from PySide6.QtCore import Qt
 
 from stereotrack_core.tables import Table
 
@@ -41,14 +14,14 @@ from ..redraw import takes_key
 from ..style.building import label, vbox
 from ..style.theme import current_theme
 
-Index: TypeAlias = QModelIndex | QPersistentModelIndex
+Index: TypeAlias = QtCore.QModelIndex | QtCore.QPersistentModelIndex
 RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 TOP = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignTop
 LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 VALUE = Qt.ItemDataRole.UserRole  # role of what rows are sorted by
 STRETCH = -1  # width of a column that has the room that others leave
 _COLOURS = (Qt.ItemDataRole.ForegroundRole, Qt.ItemDataRole.BackgroundRole)
-_NOWHERE = QModelIndex()
+_NOWHERE = QtCore.QModelIndex()
 _MEASURED_ROWS = 50
 """Rows by whose words a column's width is found; measuring thousands would take its time."""
 
@@ -72,7 +45,7 @@ class Cell:
     tip: str = ""
     colour: str = ""
     """Colour of the theme that it is written in, such as ``muted``, or ``#rrggbb``; empty: text."""
-    swatch: str | QPixmap | None = None
+    swatch: str | QtGui.QPixmap | None = None
     """``#rrggbb`` of a square before the text, or a picture; empty leaves room for a square."""
     bold: bool = False
     background: str = ""
@@ -86,7 +59,7 @@ class Cell:
 CellRow: TypeAlias = Sequence[Cell]
 
 
-class TableModel(QAbstractTableModel):
+class TableModel(QtCore.QAbstractTableModel):
     """Rows of any kind under columns; `cells` says what a row shows, where rows are not cells."""
 
     def __init__(self, columns: Iterable[Column], cells: Callable[[Any], CellRow]) -> None:
@@ -96,7 +69,7 @@ class TableModel(QAbstractTableModel):
         self._cells_of = cells
         self._cells: dict[int, Sequence[Cell]] = {}
         self._roles: dict[tuple[int, int], dict[int, Any]] = {}
-        self._even = QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont)
+        self._even = QtGui.QFontDatabase.systemFont(QtGui.QFontDatabase.SystemFont.FixedFont)
 
     def show(self, rows: Sequence[Any], columns: Iterable[Column] | None = None) -> None:
         """Show these; what is selected stays where there are as many rows and columns as before."""
@@ -133,7 +106,10 @@ class TableModel(QAbstractTableModel):
         return 0 if parent.isValid() else len(self.columns)
 
     def headerData(
-        self, section: int, orientation: Qt.Orientation, role: int = Qt.ItemDataRole.DisplayRole
+        self,
+        section: int,
+        orientation: Qt.Orientation,
+        role: int = Qt.ItemDataRole.DisplayRole,
     ) -> Any:
         if orientation != Qt.Orientation.Horizontal:
             return None
@@ -151,7 +127,7 @@ class TableModel(QAbstractTableModel):
             self._roles[place] = self._roles_of(self.cell(*place), place[1])
         shown = self._roles[place].get(role)
         if shown and role in _COLOURS:
-            return QColor(getattr(current_theme(), shown, shown))
+            return QtGui.QColor(getattr(current_theme(), shown, shown))
         return shown
 
     def _roles_of(self, cell: Cell, column: int) -> dict[int, Any]:
@@ -168,41 +144,41 @@ class TableModel(QAbstractTableModel):
             VALUE: cell.text if cell.value is None else cell.value,
         }
 
-    def font(self, cell: Cell, column: int) -> QFont | None:
+    def font(self, cell: Cell, column: int) -> QtGui.QFont | None:
         """Letters of a cell; None for those of the table."""
         even = self.columns[column].even
         if not even and not cell.bold:
             return None
-        font = QFont(self._even) if even else QFont()
+        font = QtGui.QFont(self._even) if even else QtGui.QFont()
         font.setBold(cell.bold)
         return font
 
 
-class RowDelegate(QStyledItemDelegate):
+class RowDelegate(QtWidgets.QStyledItemDelegate):
     """Rows a little higher than their text, chosen as a whole: no single cell is framed."""
 
-    def initStyleOption(self, option: QStyleOptionViewItem, index: Index) -> None:
+    def initStyleOption(self, option: QtWidgets.QStyleOptionViewItem, index: Index) -> None:
         super().initStyleOption(option, index)
-        option.state &= ~QStyle.StateFlag.State_HasFocus
+        option.state &= ~QtWidgets.QStyle.StateFlag.State_HasFocus
         if not option.icon.isNull():  # Qt would tint it in a selected row
-            icon = QIcon(option.icon)
-            icon.addPixmap(icon.pixmap(option.decorationSize), QIcon.Mode.Selected)
+            icon = QtGui.QIcon(option.icon)
+            icon.addPixmap(icon.pixmap(option.decorationSize), QtGui.QIcon.Mode.Selected)
             option.icon = icon
 
-    def sizeHint(self, option: QStyleOptionViewItem, index: Index) -> QSize:
+    def sizeHint(self, option: QtWidgets.QStyleOptionViewItem, index: Index) -> QtCore.QSize:
         lines = str(index.data() or "").count("\n") + 1
         height = lines * option.fontMetrics.lineSpacing() + 6
-        return QSize(super().sizeHint(option, index).width(), height)
+        return QtCore.QSize(super().sizeHint(option, index).width(), height)
 
 
-def dress_list(tree: QTreeView, name: str, widths: Sequence[int] = ()) -> None:
+def dress_list(tree: QtWidgets.QTreeView, name: str, widths: Sequence[int] = ()) -> None:
     """Make a list of rows that are read, with columns of these widths, see :class:`Column`."""
     tree.setAccessibleName(name)
     tree.setRootIsDecorated(False)
     tree.setUniformRowHeights(True)
     tree.setAllColumnsShowFocus(True)
-    tree.setEditTriggers(QTreeView.EditTrigger.NoEditTriggers)
-    header, modes = tree.header(), QHeaderView.ResizeMode
+    tree.setEditTriggers(QtWidgets.QTreeView.EditTrigger.NoEditTriggers)
+    header, modes = tree.header(), QtWidgets.QHeaderView.ResizeMode
     header.setStretchLastSection(False)
     header.setMinimumSectionSize(24)
     header.setResizeContentsPrecision(_MEASURED_ROWS)
@@ -212,7 +188,7 @@ def dress_list(tree: QTreeView, name: str, widths: Sequence[int] = ()) -> None:
             header.resizeSection(column, width)
 
 
-def fit_list(tree: QTreeView, widths: Sequence[int], least: int) -> None:
+def fit_list(tree: QtWidgets.QTreeView, widths: Sequence[int], least: int) -> None:
     """Give the column that stretches what the others leave, and `least` pixels at least."""
     if STRETCH in widths:
         header, place = tree.header(), widths.index(STRETCH)
@@ -220,7 +196,7 @@ def fit_list(tree: QTreeView, widths: Sequence[int], least: int) -> None:
         header.resizeSection(place, max(least, tree.viewport().width() - others))
 
 
-class CellTable(QTreeView):
+class CellTable(QtWidgets.QTreeView):
     """Rows of cells; Ctrl+C copies those that are selected, or all.
 
     A screen reader calls it `name`; `columns` and `cells` are those of :class:`TableModel`. The
@@ -240,7 +216,7 @@ class CellTable(QTreeView):
     ) -> None:
         super().__init__()
         self.cells = TableModel(columns, cells)
-        self.sorted = QSortFilterProxyModel(self)
+        self.sorted = QtCore.QSortFilterProxyModel(self)
         """The rows, sorted and filtered; shown if the table sorts."""
         self._least = least
         self.most = 0
@@ -250,9 +226,9 @@ class CellTable(QTreeView):
             self.sorted.setSourceModel(self.cells)
         self.setModel(self.sorted if sorts else self.cells)
         self.setSortingEnabled(sorts)
-        self.setFrameShape(QTreeView.Shape.NoFrame)
+        self.setFrameShape(QtWidgets.QTreeView.Shape.NoFrame)
         self.setAlternatingRowColors(True)
-        modes = QTreeView.SelectionMode
+        modes = QtWidgets.QTreeView.SelectionMode
         self.setSelectionMode(modes.SingleSelection if single else modes.ExtendedSelection)
         self.setItemDelegate(RowDelegate(self))
         self._dress(name)
@@ -266,11 +242,12 @@ class CellTable(QTreeView):
 
     def sizeHintForColumn(self, column: int) -> int:
         """Width of the words of the first rows, for which Qt would ask cell by cell."""
-        margin = self.style().pixelMetric(QStyle.PixelMetric.PM_FocusFrameHMargin, None, self) + 1
+        frame = QtWidgets.QStyle.PixelMetric.PM_FocusFrameHMargin
+        margin = self.style().pixelMetric(frame, None, self) + 1
         widest = 0
         for row in range(min(len(self.cells.rows), _MEASURED_ROWS)):
             cell = self.cells.cell(row, column)
-            metrics = QFontMetricsF(self.cells.font(cell, column) or self.font())
+            metrics = QtGui.QFontMetricsF(self.cells.font(cell, column) or self.font())
             lines = map(metrics.horizontalAdvance, cell.text.split("\n"))
             width = 2 * margin + math.ceil(max(lines))  # rounded down it would cut the last letter
             if cell.swatch is not None:
@@ -282,7 +259,7 @@ class CellTable(QTreeView):
         """Places of the selected rows in what was shown, ascending."""
         return sorted(map(self.place_of, self.selectionModel().selectedRows()))
 
-    def place_of(self, index: QModelIndex) -> int:
+    def place_of(self, index: QtCore.QModelIndex) -> int:
         """Place of a row in what was shown; -1 for none."""
         sorts = self.model() is self.sorted
         return self.sorted.mapToSource(index).row() if sorts else index.row()
@@ -292,18 +269,18 @@ class CellTable(QTreeView):
         rows = map(self.cells.row_cells, self.selected() or range(len(self.cells.rows)))
         return "\n".join("\t".join(cell.text for cell in row) for row in rows)
 
-    def event(self, event: QEvent) -> bool:
+    def event(self, event: QtCore.QEvent) -> bool:
         keys = {Qt.Key.Key_Return, Qt.Key.Key_Enter}
         activates = takes_key(event, lambda key: key.key() in keys and not key.modifiers())
         return activates or super().event(event)
 
-    def keyPressEvent(self, event: QKeyEvent) -> None:
-        if event.matches(QKeySequence.StandardKey.Copy):
-            QGuiApplication.clipboard().setText(self.copied_text())
+    def keyPressEvent(self, event: QtGui.QKeyEvent) -> None:
+        if event.matches(QtGui.QKeySequence.StandardKey.Copy):
+            QtGui.QGuiApplication.clipboard().setText(self.copied_text())
         else:
             super().keyPressEvent(event)
 
-    def resizeEvent(self, event: QResizeEvent) -> None:
+    def resizeEvent(self, event: QtGui.QResizeEvent) -> None:
         super().resizeEvent(event)
         self._fit()
 
@@ -320,16 +297,16 @@ class CellTable(QTreeView):
             self.setFixedHeight(self.header().sizeHint().height() + rows * row + under + 2)
 
 
-def swatch(colour: str | QPixmap, size: int = 10) -> QPixmap:
+def swatch(colour: str | QtGui.QPixmap, size: int = 10) -> QtGui.QPixmap:
     """Return a square of that colour; a transparent one for none keeps words in line."""
-    if isinstance(colour, QPixmap):
+    if isinstance(colour, QtGui.QPixmap):
         return colour
-    result = QPixmap(size, size)
-    result.fill(QColor(colour) if colour else Qt.GlobalColor.transparent)
+    result = QtGui.QPixmap(size, size)
+    result.fill(QtGui.QColor(colour) if colour else Qt.GlobalColor.transparent)
     return result
 
 
-class PlainTable(QWidget):
+class PlainTable(QtWidgets.QWidget):
     """A table under its title, `most` rows of it at once; nothing where there is none.
 
     `choose` is called with the first cell of the row that a person has chosen.

@@ -147,16 +147,11 @@ class TimelinePainter:
         self._first_row = first_row
         self._theme = current_theme()
 
-    def strips(
-        self, lanes: Sequence[Lane], kept: Collection[Lane], tall: int, ratio: float
-    ) -> None:
-        """Paint strips `tall` pixels high, `ratio` device pixels for one, but for `kept` lanes."""
+    def strips(self, lanes: Sequence[Lane], tall: int, ratio: float) -> None:
+        """Paint strips `tall` pixels high, `ratio` device pixels for one."""
         scale, high = self._scale, tall - _LANE_GAP
-        columns, rows = max(1, round(scale.width * ratio)), max(4, round(high * ratio))
+        size = columns, rows = max(1, round(scale.width * ratio)), max(4, round(high * ratio))
         for lane, top in self._seen(lanes, tall) if scale.frame_count else ():
-            if lane in kept:
-                continue
-            size = columns, rows
             pixels = strip_between(lane, scale.first, scale.last, size, self._theme)
             form = QImage.Format.Format_RGBA8888
             image = QImage(pixels.data, columns, rows, 4 * columns, form)

@@ -4,19 +4,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Literal
 
+from PySide6 import QtGui
 from PySide6.QtCore import QEvent, QPointF, QRect, QRectF, QSignalBlocker, QSize, Qt, Signal
-from PySide6.QtGui import (
-    QFont,
-    QFontInfo,
-    QHelpEvent,
-    QKeyEvent,
-    QMouseEvent,
-    QPainter,
-    QPaintEvent,
-    QPixmap,
-    QResizeEvent,
-    QWheelEvent,
-)
 from PySide6.QtWidgets import QAbstractScrollArea, QToolTip
 
 from ..redraw import takes_key
@@ -76,8 +65,7 @@ class TimelineView(QAbstractScrollArea):
         self._drag: Literal["scrub", "select", "pan"] | None = None
         self._drag_start = 0
         self._drag_from = QPointF()
-        self._picture: QPixmap | None = None
-        self._painted_lanes: tuple[Lane, ...] = ()
+        self._picture: QtGui.QPixmap | None = None
         self.horizontalScrollBar().valueChanged.connect(self._on_scrolled)
         self.verticalScrollBar().valueChanged.connect(self._forget_picture)
 
@@ -115,8 +103,7 @@ class TimelineView(QAbstractScrollArea):
             self._place_lanes()
             # a scroll bar that comes or goes makes this widget place the lanes again
             self._set_scroll_bars()
-            self._forget_picture()
-        self.viewport().update()
+        self._forget_picture()
 
     def set_frame(self, frame: int) -> None:
         """Move the playhead, and turn the page where it would not be seen."""
@@ -181,10 +168,10 @@ class TimelineView(QAbstractScrollArea):
         self._set_scale(self.scale.moved(first - self.scale.first))
 
     def _forget_picture(self) -> None:
-        self._picture, self._painted_lanes = None, ()
+        self._picture = None
         self.viewport().update()
 
-    def resizeEvent(self, event: QResizeEvent) -> None:
+    def resizeEvent(self, event: QtGui.QResizeEvent) -> None:
         super().resizeEvent(event)
         self._place_lanes()
         self._show_scale(self.scale)
@@ -204,8 +191,8 @@ class TimelineView(QAbstractScrollArea):
             self._forget_picture()
         super().changeEvent(event)
 
-    def paintEvent(self, _event: QPaintEvent) -> None:
-        painter = QPainter(self.viewport())
+    def paintEvent(self, _event: QtGui.QPaintEvent) -> None:
+        painter = QtGui.QPainter(self.viewport())
         painter.drawPixmap(0, 0, self._painted())
         if self.scale.frame_count:
             over = TimelinePainter(painter, self.scale, self.viewport().size())
@@ -216,25 +203,21 @@ class TimelineView(QAbstractScrollArea):
             over.playhead(self.frame)
         painter.end()
 
-    def _painted(self) -> QPixmap:
-        """The picture of the lanes; only those that have changed since are painted again."""
-        there, kept = self._picture, self._painted_lanes
-        if there is not None and kept == self.lanes:
-            return there
+    def _painted(self) -> QtGui.QPixmap:
+        """The picture of the lanes, which is kept until something of it changes."""
+        if self._picture is not None:
+            return self._picture
         ratio, size = self.devicePixelRatioF(), self.viewport().size()
-        picture = there or QPixmap(round(size.width() * ratio), round(size.height() * ratio))
-        self._picture, self._painted_lanes = picture, self.lanes
-        if there is None:
-            picture.setDevicePixelRatio(ratio)
-            picture.fill(current_theme().window)
-        painter = QPainter(picture)
-        font = QFont(self.font())  # letters that fit a lane
-        font.setPixelSize(min(QFontInfo(font).pixelSize(), self.lane_height - 2))
+        picture = QtGui.QPixmap(round(size.width() * ratio), round(size.height() * ratio))
+        picture.setDevicePixelRatio(ratio)
+        picture.fill(current_theme().window)
+        self._picture, painter = picture, QtGui.QPainter(picture)
+        font = QtGui.QFont(self.font())  # letters that fit a lane
+        font.setPixelSize(min(QtGui.QFontInfo(font).pixelSize(), self.lane_height - 2))
         painter.setFont(font)
         parts = TimelinePainter(painter, self.scale, size, self.verticalScrollBar().value())
-        parts.strips(self.lanes, frozenset(kept), self.lane_height, ratio)
-        if there is None:
-            parts.names(self.lanes, self.lane_height, self.selected_lanes)
+        parts.strips(self.lanes, self.lane_height, ratio)
+        parts.names(self.lanes, self.lane_height, self.selected_lanes)
         painter.setFont(self.font())
         parts.ruler(self._fps)
         if self._hint and not self.lanes:
@@ -247,7 +230,7 @@ class TimelineView(QAbstractScrollArea):
         area = QRectF(left - 40.0, 0.0, right - left + 80.0, self.viewport().height())
         return area.toAlignedRect()
 
-    def mousePressEvent(self, event: QMouseEvent) -> None:
+    def mousePressEvent(self, event: QtGui.QMouseEvent) -> None:
         position = event.position()
         if not self.scale.frame_count:
             return
@@ -269,7 +252,7 @@ class TimelineView(QAbstractScrollArea):
             if not shift:
                 self._request(self._drag_start)
 
-    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+    def mouseMoveEvent(self, event: QtGui.QMouseEvent) -> None:
         x = event.position().x()
         frame = self.scale.frame_at(x)
         self.hovered.emit(frame if x >= self.scale.left and self.scale.frame_count else None)
@@ -284,13 +267,13 @@ class TimelineView(QAbstractScrollArea):
             self._drag_from = event.position()
             self._set_scale(self.scale.moved(step))
 
-    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+    def mouseReleaseEvent(self, event: QtGui.QMouseEvent) -> None:
         moved = (event.position() - self._drag_from).manhattanLength() > 3
         if self._drag == "select" and not moved:
             self._select(None)
         self._drag = None
 
-    def wheelEvent(self, event: QWheelEvent) -> None:
+    def wheelEvent(self, event: QtGui.QWheelEvent) -> None:
         turn = event.angleDelta()
         modifiers = event.modifiers()
         if modifiers & Qt.KeyboardModifier.ControlModifier:
@@ -304,7 +287,7 @@ class TimelineView(QAbstractScrollArea):
         event.accept()
 
     def viewportEvent(self, event: QEvent) -> bool:
-        if event.type() == QEvent.Type.ToolTip and isinstance(event, QHelpEvent):
+        if event.type() == QEvent.Type.ToolTip and isinstance(event, QtGui.QHelpEvent):
             text = self.tooltip_at(QPointF(event.pos()))
             QToolTip.showText(event.globalPos(), text, self.viewport())
             return True
@@ -326,7 +309,7 @@ class TimelineView(QAbstractScrollArea):
         # what zooms the active view zooms the timeline while that has the focus
         return takes_key(event, lambda key: key.key() in _ZOOMS) or super().event(event)
 
-    def keyPressEvent(self, event: QKeyEvent) -> None:
+    def keyPressEvent(self, event: QtGui.QKeyEvent) -> None:
         second, every = max(1, round(self._fps)), self.scale.frame_count
         key, old, here = Qt.Key(event.key()), self.selection, self.frame
         if not self.scale.frame_count:

@@ -1,7 +1,7 @@
 """Successive frames fitted together: linearise everywhere, smooth, judge the clicks, again."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -91,16 +91,9 @@ def recorded_depth(
         return
     with FrameReader(recording, views=names, colour=False) as reader:
         parameters = settled(recording, DepthParameters(), reader, names)
-        chain = DepthChain(recording, parameters, views=names)
-        try:
+        with closing(DepthChain(recording, parameters, views=names)) as chain:
             chain.learn_background(reader, range(reader.frame_count))
-
-            def depth_of(frame: int) -> MeasuredDepth:
-                return measured_depth(chain.process(reader.frame_set(frame)))
-
-            yield depth_of
-        finally:
-            chain.close()
+            yield lambda frame: measured_depth(chain.process(reader.frame_set(frame)))
 
 
 _LEAST_SIGMAS = (20.0, 12.0, 6.0)  # pixels that clicks scatter at least in the first rounds

@@ -5,10 +5,9 @@ import pytest
 from stereotrack_core.annotation.fit.state import FitSettings
 from stereotrack_core.annotation.fit.stretch import recorded_depth
 from stereotrack_core.recording.folder import open_recording
-from tests.annotation.simulated_clicks import CASES, annotated
+from tests.annotation.simulated_clicks import ALONE, DEPTH, DIRTY, annotated
 
 pytestmark = pytest.mark.slow
-ALONE, DIRTY, DEPTH = CASES[0], CASES[1], CASES[2]
 
 
 def means(score):

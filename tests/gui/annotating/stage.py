@@ -70,4 +70,4 @@ def select(qtbot, stage, first, last):
 
 
 def settled(qtbot, stage):
-    qtbot.waitUntil(lambda: stage.panels.settled() and not stage.tasks.tasks, timeout=60_000)
+    qtbot.waitUntil(lambda: stage.panels.settled() and not stage.tasks.tasks)

@@ -42,8 +42,8 @@ def work(qapp, annotated, recording):
 def fitted(qtbot, work, frames=None):
     work.shown.clear()
     work.fit(frames)
-    qtbot.waitUntil(lambda: any(now is not None for now in work.shown), timeout=60_000)
-    qtbot.waitUntil(lambda: not work.fitting and not work.tasks.tasks, timeout=10_000)
+    qtbot.waitUntil(lambda: any(now is not None for now in work.shown))
+    qtbot.waitUntil(lambda: not work.fitting and not work.tasks.tasks)
     assert not work.problems
     return work.now
 
@@ -73,7 +73,7 @@ def test_it_is_near_the_truth_stored_whole_and_can_be_undone(
     annotated.undo()
     work.shown.clear()
     annotated.undo()
-    qtbot.waitUntil(lambda: bool(work.shown), timeout=5_000)
+    qtbot.waitUntil(lambda: bool(work.shown))
     assert work.now is None
 
 
@@ -88,7 +88,7 @@ def test_a_selection_alone_is_filled_in(qtbot, annotated, work, make):
 def test_it_can_be_stopped(qtbot, annotated, work):
     work.fit()
     work.tasks.cancel_all()
-    qtbot.waitUntil(lambda: not work.fitting, timeout=30_000)
+    qtbot.waitUntil(lambda: not work.fitting)
     assert not work.problems
     assert annotated.references.names() == ()
     assert fitted(qtbot, work).fit is not None  # another process has been started

@@ -57,7 +57,7 @@ def presenter(qtbot, project, make, tasks):
 def ranking_after(qtbot, presenter, do):
     before = len(presenter.heard)
     do()
-    qtbot.waitUntil(lambda: len(presenter.heard) > before and presenter.idle, timeout=30_000)
+    qtbot.waitUntil(lambda: len(presenter.heard) > before and presenter.idle)
     return presenter.heard[-1]
 
 

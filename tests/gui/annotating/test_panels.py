@@ -103,7 +103,7 @@ def test_clicks_are_imported_after_a_look(qtbot, project, stage, make, tmp_path)
     asking = stage.findChild(ImportDialog)
     qtbot.keyClicks(asking.path, str(path))
     qtbot.mouseClick(asking.accept_button, LEFT)
-    qtbot.waitUntil(lambda: stage.findChild(TakeInDialog) is not None, timeout=20_000)
+    qtbot.waitUntil(lambda: stage.findChild(TakeInDialog) is not None)
     dialog = stage.findChild(TakeInDialog)
     assert dialog.summary.text() == "clicks.csv: 36 new, 0 equal, 36 differ (36 moved)."
     assert "unknown landmark 'elbow'" in dialog.problems.toPlainText()
@@ -139,13 +139,13 @@ def test_a_trajectory_becomes_a_reference(qtbot, project, stage, make, tmp_path)
         LabelSource(tmp_path / "truth.csv", stage.panels.recording, NINE.names)
     )
     settled(qtbot, stage)
-    qtbot.waitUntil(lambda: stage.panels.reference.now is not None, timeout=20_000)
+    qtbot.waitUntil(lambda: stage.panels.reference.now is not None)
     assert project.chosen(project.references) == "truth"
     assert "uncertainty unknown" in stage.panels.reference.now.words
     stage.dialogs.import_labels(
         LabelSource(tmp_path / "truth.csv", stage.panels.recording, NINE.names)
     )
-    qtbot.waitUntil(lambda: bool(stage.problems), timeout=20_000)
+    qtbot.waitUntil(lambda: bool(stage.problems))
     assert "there is a reference 'truth' already" in stage.problems[-1].what
 
 
@@ -157,11 +157,11 @@ def test_another_project_is_compared_and_merged(qtbot, project, stage, make, tmp
     stage.trigger("agreement")
     qtbot.waitUntil(lambda: stage.findChild(AgreementDialog) is not None)
     dialog = stage.findChild(AgreementDialog)
-    qtbot.waitUntil(lambda: "Nothing to compare" in dialog.verdict.text(), timeout=20_000)
+    qtbot.waitUntil(lambda: "Nothing to compare" in dialog.verdict.text())
     stage.dialogs.compare_with(path)
-    qtbot.waitUntil(lambda: "click uncertainty" in dialog.verdict.text(), timeout=20_000)
+    qtbot.waitUntil(lambda: "click uncertainty" in dialog.verdict.text())
     stage.dialogs.merge(path)
-    qtbot.waitUntil(lambda: stage.findChild(TakeInDialog) is not None, timeout=20_000)
+    qtbot.waitUntil(lambda: stage.findChild(TakeInDialog) is not None)
     merging = stage.findChild(TakeInDialog)
     merging.decision.setCurrentIndex(merging.decision.findData("mean"))
     qtbot.mouseClick(merging.accept_button, LEFT)
@@ -218,7 +218,7 @@ def test_axes_that_a_person_contradicts_are_asked_for(qtbot, project, stage, mak
         assert "y points up" in shown[0].words.text()
         return shown[0]
 
-    qtbot.waitUntil(lambda: bool(again()), timeout=20_000)
+    qtbot.waitUntil(lambda: bool(again()))
     assert project.references.names() == ()
     asking = again()
     assert asking.names.text() == "LWrist=left_hand"
@@ -227,6 +227,6 @@ def test_axes_that_a_person_contradicts_are_asked_for(qtbot, project, stage, mak
     qtbot.keyClicks(field, "x,y,z")
     qtbot.mouseClick(asking.accept_button, LEFT)
     settled(qtbot, stage)
-    qtbot.waitUntil(lambda: stage.panels.reference.now is not None, timeout=20_000)
+    qtbot.waitUntil(lambda: stage.panels.reference.now is not None)
     kept = load_reference(project.references, "theirs")
     np.testing.assert_allclose(kept.points, points, atol=1e-9)

@@ -53,7 +53,7 @@ def test_they_are_measured_from_clicks(qtbot, project, make, dialog):
     tall = replace(AVERAGE, upper_arm_length=0.33, torso_length=0.55)
     project.apply(place_clicks(make.clicks_at(range(20), sigma=1.0, proportions=tall)))
     qtbot.mouseClick(dialog.measure_button, LEFT)
-    qtbot.waitUntil(dialog.measure_button.isEnabled, timeout=10_000)
+    qtbot.waitUntil(dialog.measure_button.isEnabled)
     qtbot.mouseClick(dialog.take_button, LEFT)
     assert dialog.lengths["upper_arm_length"].value() == pytest.approx(330, abs=4)
     assert dialog.lengths["torso_length"].value() == pytest.approx(550, abs=4)

@@ -39,7 +39,7 @@ def theirs(project, make):
 def take(qtbot, dialog):
     """Click on Take in, and wait until that is done or was refused."""
     qtbot.mouseClick(dialog.accept_button, LEFT)
-    qtbot.waitUntil(lambda: not dialog._context.tasks.tasks, timeout=10_000)
+    qtbot.waitUntil(lambda: not dialog._context.tasks.tasks)
 
 
 @pytest.fixture

@@ -16,6 +16,7 @@ from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.run import track
 from stereotrack_core.tracking.run_spec import Hooks, RunSpec
 from tests.gui.conftest import FRAMES
+from tests.gui.kept_window import open_recording
 
 pytestmark = [
     pytest.mark.window,
@@ -24,7 +25,7 @@ pytestmark = [
 
 PROGRAM = Path(__file__).parents[1] / "tracking_process.py"
 HELD = 2
-NAME = f"interrupted at frame {HELD - 1}"
+NAME = f"fast, interrupted at frame {HELD - 1}"
 
 
 @pytest.fixture
@@ -57,9 +58,7 @@ def killed(small_recording, tmp_path) -> Path:
 def opened(window, qtbot, recording):
     said = []
     window.messages.show_message = said.append
-    window.context.session.open(recording)
-    qtbot.waitUntil(lambda: window.context.session.document.frame_set is not None)
-    qtbot.waitUntil(window.context.tasks.settled)
+    open_recording(window, qtbot, recording)
     return said
 
 

@@ -11,7 +11,8 @@ from app.session.changes import Part
 from app.session.runs import RunEntry, entry_of_run
 from stereotrack_core.project.runs import keep_run, kept_runs, load_run
 from stereotrack_core.tracking.presets import preset
-from tests.gui.hands import trigger
+from tests.gui.hands import settle, show_workspace, trigger
+from tests.gui.kept_window import open_recording
 from tests.gui.made_runs import add_run, made_run
 from tests.same_run import same_run
 
@@ -44,10 +45,6 @@ def track_quickly(window):
     window.context.session.track.first_pose = "tpose"
 
 
-def settle(window, qtbot):
-    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
-
-
 def names(window):
     return [entry.name for entry in window.context.session.runs.entries]
 
@@ -59,16 +56,13 @@ def kept(window):
 def reopen(window, qtbot):
     folder = window.context.session.document.recording.folder
     window.context.session.document.close()
-    window.context.session.open(folder)
-    qtbot.waitUntil(lambda: window.context.session.document.frame_set is not None, timeout=30_000)
-    settle(window, qtbot)
+    open_recording(window, qtbot, folder)
 
 
 @pytest.fixture
 def tracking(opened, qtbot):
     """The Track workspace with an empty project."""
-    opened.context.docks.show_named("track")
-    settle(opened, qtbot)
+    show_workspace(opened, qtbot, "track")
     return opened
 
 
@@ -117,8 +111,7 @@ def test_a_run_is_named_removed_and_restored(tracking, qtbot):
     assert tracking.context.session.edits.to_undo() is None, "undo knows nothing of runs"
     reopen(tracking, qtbot)
     tracking.context.actions.refresh()
-    trigger(tracking, "restore_run")
-    settle(tracking, qtbot)
+    trigger(tracking, "restore_run", qtbot)
     assert kept(tracking) == names(tracking) == ["with the coat"]
     assert not tracking.features.track.keeper.removed
     assert len(tracking.context.session.runs.entries[0].frames) == 8
@@ -184,19 +177,15 @@ def test_a_run_that_ends_when_the_window_closes_is_kept(tracking, qtbot):
 
 def test_a_run_in_progress_ends_with_its_recording_and_is_kept(tracking, qtbot):
     """Whatever opens another recording: its frames would be followed and its clouds be kept."""
+    session = tracking.context.session
     track_quickly(tracking)
-    tracking.context.session.track.step()
-    qtbot.waitUntil(
-        lambda: (
-            tracking.context.session.track.paused
-            and len(tracking.context.session.track.entry.frames) == 1
-        )
-    )
-    tracking.context.session.project.open_file(tracking.context.session.project.path)
-    qtbot.waitUntil(lambda: tracking.context.session.document.opening)
+    session.track.step()
+    qtbot.waitUntil(lambda: session.track.paused and len(session.track.entry.frames) == 1)
+    session.project.open_file(session.project.path)
+    qtbot.waitUntil(lambda: session.document.opening)
     settle(tracking, qtbot)
-    assert tracking.context.session.track.entry is None
-    (entry,) = tracking.context.session.runs.entries
+    assert session.track.entry is None
+    (entry,) = session.runs.entries
     assert (entry.kept, sorted(entry.frames)) == (kept(tracking)[0], [0])
 
 

@@ -36,7 +36,7 @@ def typed(window, name, text):
 def tried(window, qtbot, name="sigma_joint", text="25"):
     """A trial with one other value."""
     typed(window, name, text)
-    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
+    qtbot.waitUntil(window.context.tasks.settled)
     return window.features.tune.trials.entries[-1]
 
 
@@ -60,7 +60,7 @@ def test_an_edit_by_keys_leads_to_a_trial_beside_the_run(tuning, qtbot, quick_ru
     run = tuning.context.session.runs.active
     typed(tuning, "sigma_joint", "25")
     assert tuning.features.tune.trials.waits, "a moment passes before the tracker starts"
-    qtbot.waitUntil(tuning.context.tasks.settled, timeout=60_000)
+    qtbot.waitUntil(tuning.context.tasks.settled)
     (trial,) = tuning.features.tune.trials.entries
     assert tuning.context.session.runs.active is run
     assert (trial.name, trial.kind) == ("sigma joint 25 deg", "trial")
@@ -87,7 +87,7 @@ def test_the_same_settings_are_not_tried_twice_and_the_run_s_own_not_at_all(tuni
     trigger(tuning, "trial_now")
     assert names(tuning) == ["sigma joint 25 deg"]
     typed(tuning, "sigma_joint", f"{before.tracking.sigma_joint:g}")
-    qtbot.waitUntil(tuning.context.tasks.settled, timeout=60_000)
+    qtbot.waitUntil(tuning.context.tasks.settled)
     assert names(tuning) == ["sigma joint 25 deg"]
     assert "settings of the run" in tuning.features.tune.panel.words.text()
 
@@ -100,7 +100,7 @@ def test_a_further_edit_ends_the_trial_in_progress(tuning, qtbot):
             typed(tuning, "sigma_joint", text)
             assert trials.running is None
             qtbot.waitUntil(lambda: trials.running is not None)
-    qtbot.waitUntil(tuning.context.tasks.settled, timeout=60_000)
+    qtbot.waitUntil(tuning.context.tasks.settled)
     assert names(tuning) == ["sigma joint 35 deg"]
     assert trials.entries[0].settings.tracking.sigma_joint == 35.0
     assert sorted(trials.entries[0].frames) == list(range(8))
@@ -157,7 +157,7 @@ def test_a_trial_becomes_the_run(tuning, qtbot):
     assert tuning.context.session.runs.active is trial
     assert trial.name.startswith("1: accurate, "), "a run is named by preset and differences"
     assert names(tuning) == []
-    qtbot.waitUntil(tuning.context.tasks.settled, timeout=60_000)
+    qtbot.waitUntil(tuning.context.tasks.settled)
     np.testing.assert_array_equal(trial.run().frame, np.arange(8))
     assert trial.run().meta["parameters"]["sigma_joint"] == 25.0
 
@@ -188,7 +188,7 @@ def test_a_trial_is_adopted_as_a_preset_of_the_project(tuning, qtbot, tmp_path):
     assert read_preset(path).settings == tuning.context.session.track.settings
     trigger(tuning, "undo")
     assert shelf.own == ()
-    qtbot.waitUntil(tuning.context.tasks.settled, timeout=60_000)
+    qtbot.waitUntil(tuning.context.tasks.settled)
 
 
 def test_differences_of_settings_are_from_preset_run_or_thesis(tuning, qtbot):

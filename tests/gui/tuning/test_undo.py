@@ -7,6 +7,7 @@ from PySide6.QtWidgets import QApplication, QInputDialog
 
 from stereotrack_core.annotation.click import Click
 from stereotrack_core.project.clicks import place
+from tests.gui.hands import settle
 from tests.gui.tuning.test_tuning import trigger, typed
 
 pytestmark = pytest.mark.window
@@ -22,10 +23,6 @@ def named(window):
     """What Edit > Undo and Redo say that they do."""
     window.context.actions.refresh()
     return tuple(window.context.actions.action(name).text() for name in ("undo", "redo"))
-
-
-def settle(window, qtbot):
-    qtbot.waitUntil(window.context.tasks.settled, timeout=60_000)
 
 
 def sigma(window):

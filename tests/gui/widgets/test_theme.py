@@ -1,19 +1,8 @@
 import pytest
+from PySide6 import QtWidgets
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction, QColor, QPalette
 from PySide6.QtSvg import QSvgRenderer
-from PySide6.QtWidgets import (
-    QCheckBox,
-    QComboBox,
-    QDockWidget,
-    QLabel,
-    QMainWindow,
-    QPushButton,
-    QSlider,
-    QTableWidget,
-    QToolButton,
-    QWidget,
-)
 
 from app.widgets.style.colours import LIMB_COLOURS
 from app.widgets.style.theme import (
@@ -75,10 +64,17 @@ def test_theme_reaches_palette_and_tokens(qapp, dark):
 
 
 def test_widgets_that_are_there_already_change(qapp, qtbot, dark):
-    window = QMainWindow()
+    window = QtWidgets.QMainWindow()
     qtbot.addWidget(window)
-    dock, inner = QDockWidget("panel", window), QWidget()
-    kinds = (QPushButton, QLabel, QCheckBox, QComboBox, QSlider, QTableWidget)
+    dock, inner = QtWidgets.QDockWidget("panel", window), QtWidgets.QWidget()
+    kinds = (
+        QtWidgets.QPushButton,
+        QtWidgets.QLabel,
+        QtWidgets.QCheckBox,
+        QtWidgets.QComboBox,
+        QtWidgets.QSlider,
+        QtWidgets.QTableWidget,
+    )
     widgets = [kind(inner) for kind in kinds]
     dock.setWidget(inner)
     window.addDockWidget(Qt.DockWidgetArea.LeftDockWidgetArea, dock)
@@ -111,7 +107,7 @@ def test_icon_is_drawn(qapp, dark, name):
 
 
 def test_icons_follow_the_theme(qapp, qtbot, dark):
-    button, action = QToolButton(), QAction()
+    button, action = QtWidgets.QToolButton(), QAction()
     qtbot.addWidget(button)
     button.addAction(action)
     action.setParent(button)
@@ -153,7 +149,7 @@ def test_the_colour_of_a_selected_row_stays_what_it_is(qapp, qtbot, dark):
 def test_the_focus_does_not_look_like_a_selection(qapp, qtbot, theme):
     before = chosen_theme()
     apply_theme(qapp, theme)
-    window, buttons = QWidget(), [QToolButton(), QToolButton()]
+    window, buttons = QtWidgets.QWidget(), [QtWidgets.QToolButton(), QtWidgets.QToolButton()]
     qtbot.addWidget(window)
     for place, button in enumerate(buttons):
         button.setParent(window)

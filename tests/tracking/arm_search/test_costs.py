@@ -24,7 +24,7 @@ from stereotrack_core.tracking.arm_search.arms import (
     directions,
     proposals,
 )
-from stereotrack_core.tracking.arm_search.keypoints import arm_keypoints
+from stereotrack_core.tracking.arm_search.keypoints import _on_sphere, arm_keypoints
 from stereotrack_core.tracking.arm_search.score import (
     anatomy_cost,
     arm_distances,
@@ -322,3 +322,42 @@ def test_forearms_are_parted_unless_their_axes_meet(apart, asked):
     if asked:
         np.testing.assert_allclose(rows["direction"][0], [0.0, 0.0, 1.0])
         np.testing.assert_allclose(rows["innovation"], LEAST - apart)
+
+
+@pytest.mark.parametrize("crossed", [False, True])
+@pytest.mark.parametrize("side", [LEFT, RIGHT])
+def test_arms_cost_by_how_far_their_joints_are_from_the_rays(side, crossed, rng):
+    pose, name = POSES["pointing"], ("left", "right")[side]
+    shown = replace(seen(pose, {("S", f"{name}_wrist"): 25.0}), crossed=crossed)
+    keypoints = arm_keypoints(of_view(shown, "N") if crossed else shown, SIGMA, BODY, pose)[side]
+    torso, middle = pose.torso, pose.position
+    shape, arms = shapes(pose)[side], some_arms(side, 12, rng)
+    nodes = shape.nodes(arms) @ torso.T + middle
+    expected = np.zeros(len(arms))
+    (centres, rays), names = shown.rays, shown.names
+    rows = [names.index(f"{name}_{joint}") for joint in ("elbow", "wrist")]
+    rows.append(names.index(f"{('right', 'left')[side]}_elbow"))
+    for v, camera in enumerate(shown.cameras):
+        costs, joints = [], (nodes[:, 1], nodes[:, 2], nodes[:, 2:].mean(axis=1))
+        for row, joint in zip(rows, joints, strict=True):
+            off = np.linalg.norm(np.cross(joint - centres[v], rays[row, v]), axis=1)
+            scale = 0.15 if crossed else 0.25
+            costs.append(shown.confidence[row, v] * off**4 / (off**4 + scale**4))
+        if crossed and camera == "N":
+            expected += 2.0 * np.minimum(costs[0] + costs[1], costs[2])
+        elif not crossed:
+            expected += costs[0] + costs[1]
+    np.testing.assert_allclose(keypoints.cost(shape, arms), expected, rtol=1e-6)
+    ray, eye = keypoints.ray[2, 0], keypoints.eye[0]
+    aside = np.cross(ray, [0.0, 0.0, 1.0]) / np.linalg.norm(np.cross(ray, [0.0, 0.0, 1.0]))
+    points = eye + 2.0 * ray + np.array([[0.049], [0.051]]) * aside
+    near = keypoints.near_hand(points) if crossed else points[:0]
+    assert len(near) == int(crossed)
+
+
+def test_elbows_and_wrists_are_proposed_where_rays_meet_spheres():
+    eye, ray, centre = np.array([0.0, -3.0, 0.2]), np.array([0.0, 1.0, 0.0]), np.zeros(3)
+    near, far = _on_sphere(eye, ray, centre, 0.3)
+    np.testing.assert_allclose([near, far], [[0, -(0.05**0.5), 0.2], [0, 0.05**0.5, 0.2]])
+    [beside] = _on_sphere(eye, ray, centre, 0.15)
+    np.testing.assert_allclose(beside, [0.0, 0.0, 0.15])

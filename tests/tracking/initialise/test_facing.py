@@ -17,7 +17,6 @@ from stereotrack_core.tracking.presets import preset
 from stereotrack_core.tracking.state import Setup
 from tests.tracking.keypoints.test_reprojection import seen
 from tests.tracking.scenes import CAMERAS, POSES, cloud_of, surface_points
-from tests.tracking.views import cloud_of_body
 
 BODY = body_model(AVERAGE)
 NOBODY = np.empty((0, 3))
@@ -57,24 +56,6 @@ def test_bodies_bend_to_the_front_and_knees_to_the_back(pose):
     assert facing_cost(BODY, turned_round(pose), NOBODY, CAMERAS) > 5.0
 
 
-def test_toes_tell_the_front():
-    frames = BODY.frames(STANDING)
-    rng = np.random.default_rng(0)
-    ankles = [
-        frames.origins[shank] + BODY.skeleton.lengths[shank] * frames.rotations[shank, :, 2]
-        for shank in (LEFT_SHANK, RIGHT_SHANK)
-    ]
-    toes = [ankle + [0.0, 0.10, -0.03] + rng.normal(0, 0.02, (40, 3)) for ankle in ankles]
-    points = np.concatenate(toes)
-    assert facing_cost(BODY, STANDING, points, CAMERAS) < 1.0
-    assert facing_cost(BODY, turned_round(STANDING), points, CAMERAS) > 5.0
-
-
-def test_who_is_seen_by_one_camera_rather_faces_it():
-    assert facing_cost(BODY, STANDING, NOBODY, CAMERAS[:1]) < 0.1
-    assert facing_cost(BODY, STANDING, NOBODY, CAMERAS[2:3]) > 10.0
-
-
 @pytest.mark.parametrize("name", POSES)
 def test_a_pose_the_other_way_round_is_turned(name, rng):
     setup = Setup(BODY, preset("accurate").tracking, CAMERAS, 10.0, 0)
@@ -85,29 +66,6 @@ def test_a_pose_the_other_way_round_is_turned(name, rng):
         alone = finder.gain_of_turning(other, cloud)
         gain = finder.gain_of_turning(other, with_keypoints)
         assert sign * (gain - alone) > 2.0 * TURN_GAIN
-
-
-def _thighs(radians: float) -> Pose:
-    """Standing upright with both straight legs swung back."""
-    rotations = STANDING.rotations.copy()
-    back = np.array([0.0, -np.sin(radians), -np.cos(radians)])
-    for thigh in (LEFT_THIGH, RIGHT_THIGH):
-        rotations[thigh] = rotation_towards(rotations[thigh], back)
-    return Pose(STANDING.position, rotations)
-
-
-@pytest.mark.parametrize(
-    ("pose", "cost"),
-    [
-        pytest.param(_knees(-np.degrees(0.2 + 0.125)), 2 * 5.0, id="knees a little forward"),
-        pytest.param(_knees(-60.0), 2 * 20.0, id="knees far forward"),
-        pytest.param(_thighs(0.5 + 0.15), 2 * 2.5, id="thighs behind"),
-        pytest.param(_lean(-18.0), 4.0, id="leaning back"),
-        pytest.param(_lean(np.degrees(np.arccos(-0.3))), 24.0 + 10.0, id="headlong"),
-    ],
-)
-def test_what_bodies_hardly_do_costs_in_proportion(pose, cost):
-    assert facing_cost(BODY, pose, NOBODY, CAMERAS) == pytest.approx(cost, abs=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -134,10 +92,3 @@ def test_how_a_view_judges_a_place(column, row, z, counted):
         place, image, silhouette, np.array([9.0, 2, 1]), np.array([0.05, 0.02]), seen
     )
     assert seen[0].tolist() == [int(k == counted) for k in range(4)]
-
-
-@pytest.mark.parametrize(("eyes", "cost"), [("", 1.5), ("N", 2.5), ("NE", 5.0), ("NEW", 5.0)])
-def test_places_where_nobody_is_seen_cost_for_each_of_two_views(eyes, cost):
-    cloud = cloud_of_body(BODY, STANDING, eyes)
-    aside = Pose(STANDING.position + [0.7, 0.7, 0.3], STANDING.rotations)
-    assert trunk.trunk_sight_cost(cloud, BODY, [aside])[0] == pytest.approx(17 * cost)

@@ -7,8 +7,8 @@ import pytest
 from stereotrack_core.recording.keypoint_names import COCO_17
 from stereotrack_core.recording.keypoints import keypoints_of
 from stereotrack_core.recording.sighted_keypoints import sighted
-from stereotrack_core.tracking.keypoint_offsets import OFFSETS, fitted_offsets
 from stereotrack_core.tracking.parameters import TrackingParameters
+from stereotrack_core.tracking.shape_fit import OFFSETS, fitted_offsets
 from stereotrack_core.tracking.state import Setup
 from tests.tracking.keypoints.cases import BODY, VIEWS
 from tests.tracking.keypoints.test_reprojection import predictions

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from stereotrack_core.body.model import CONTOUR_NAMES, body_model
+from stereotrack_core.body.model import CONTOUR_NAMES, body_model, placed_cones
 from stereotrack_core.body.parameters import BodyShape
 from stereotrack_core.body.pose import Pose
 from stereotrack_core.body.proportions import AVERAGE
-from stereotrack_core.tracking.residuals.silhouette import edge_maps
-from stereotrack_core.tracking.shape_fit import fitted_outline
+from stereotrack_core.tracking.residuals.silhouette import contours_of, edge_maps
+from stereotrack_core.tracking.shape_fit import LENGTH_SIGMAS, FreeBody, fitted_outline
 from tests.tracking.scenes import POSES
 from tests.tracking.views import cloud_of_body
 
@@ -63,3 +63,42 @@ def test_margins_stay_within_their_bounds():
     cut = SHAPE.replaced(**dict.fromkeys(NAMES, 0.1))
     for name, value in _margins(fitted_outline(body_model(AVERAGE, cut), seen)).items():
         assert rows[name].minimum <= value <= rows[name].maximum
+
+
+def test_people_differ_in_height_in_single_lengths_and_in_surface():
+    free = FreeBody(AVERAGE, SHAPE, lengths=tuple(LENGTH_SIGMAS))
+    lengths = [0.05, 0.07, 0.04, 0.04, 0.04, 0.05, 0.06]
+    surface = [0.02, 0.02, 0.10, 0.015, 0.015, 0.015, 0.15, 0.03, 0.01, 0.12, 0.008, 0.15, 0.12]
+    expected = np.diag(np.square([*lengths, *surface]))
+    expected[:7, :7] += 0.06**2
+    np.testing.assert_allclose(np.linalg.inv(free.information), expected, atol=1e-12)
+    proportions, shape = free.parts(free.start + np.r_[0.1, np.zeros(6), 0.01, np.zeros(12)])
+    assert proportions.shoulder_width == pytest.approx(AVERAGE.shoulder_width * np.exp(0.1))
+    assert proportions.hip_width == pytest.approx(AVERAGE.hip_width)
+    assert shape.torso_radius_low == pytest.approx(SHAPE.torso_radius_low + 0.01)
+
+
+def test_margins_are_fitted_by_weighted_least_squares_that_distrust_outliers(seen):
+    rows, squares = [], []
+    for pose, edges in seen[:2]:
+        frames = BODY.frames(pose)
+        found = contours_of(edges, BODY, frames)
+        for cone, point, distance in zip(found.cone, found.point, found.distance, strict=True):
+            one = placed_cones(BODY, frames)[cone]
+            place = ((point - one["origin"]) @ one["rotation"])[:2] ** 2
+            row = np.zeros(len(NAMES))
+            for name, share in zip(CONTOUR_NAMES[cone], place / place.sum(), strict=True):
+                row[NAMES.index(name)] += share
+            rows.append(row)
+            squares.append(distance)
+    A, e = np.array(rows), np.array(squares)
+    theta = np.zeros(len(NAMES))
+    for _ in range(8):
+        w = 1.0 / (6.0 * (0.015**2 + (e - A @ theta) ** 2))
+        normal = np.eye(len(NAMES)) / 0.015**2 + A.T @ (w[:, None] * A)
+        theta = np.linalg.solve(normal, A.T @ (w * e))
+    values = _margins(fitted_outline(BODY, seen[:2]))
+    limits = {row.name: (row.minimum, row.maximum) for row in SHAPE.rows()}
+    for name, change in zip(NAMES, theta, strict=True):
+        expected = np.clip(SHAPE.values()[name] + change, *limits[name])
+        assert values[name] == pytest.approx(expected, abs=1e-7)

@@ -66,12 +66,6 @@ def test_a_shift_is_seen_along_the_directions(edges, angle, length, name):
         assert same.mean() > 0.9
 
 
-def test_edges_farther_off_than_15_centimetres_are_those_of_something_else(edges):
-    for name, away, off in (("t", 0.12, 0.12), ("pointing", 0.2, 0.15), ("reaching", 0.2, 0.15)):
-        found = _outlines(edges[name], moved(POSES[name], np.array([away, 0.0, 0.0])))
-        assert off - 0.01 < abs(found.distance).max() < off + 0.01
-
-
 def _part_alone(part):
     """The body of one part's cones."""
     return dataclasses.replace(BODY, cones=BODY.cones[BODY.cones["part"] == part])

@@ -11,6 +11,7 @@ from stereotrack_core.project.prefilling import accepted_sigma, set_accepted_sig
 from stereotrack_core.recording.description import Stream
 
 from ....context import Context
+from ....services.failures import Notifier
 from ....session.changes import PROJECT, Part
 from ....session.messages import Message, stored_text
 from ....session.session import unless
@@ -20,20 +21,12 @@ from ....widgets.forms.form_dialog import ask_for_number
 from ....widgets.forms.numbers import NumberField
 from ....widgets.tables.landmarks_panel import LandmarksPanel
 from ....widgets.tables.panels import BodyPanel
+from . import marks
 from .annotating import Annotating
 from .choosing import ADVANCES, Advance
 from .detecting import FrameDetections
 from .doubtful import DoubtfulWalk
 from .facts import AnnotationFacts
-from .marks import (
-    doubtful_views,
-    fit_words,
-    landmark_rows,
-    length_rows,
-    limb_rows,
-    marks_of,
-    predictions_in,
-)
 from .proposing import ProposalPresenter
 
 _Key: TypeAlias = tuple[object, ...]
@@ -42,25 +35,23 @@ _Key: TypeAlias = tuple[object, ...]
 class SwapOffers:
     """Messages that offer to exchange two landmarks, each until a person declines it."""
 
-    def __init__(self, exchange: Callable[[Swap], None]) -> None:
-        self._exchange = exchange
+    def __init__(self, exchange: Callable[[Swap], None], notifier: Notifier) -> None:
+        self._exchange, self._notifier = exchange, notifier
+        notifier.dismissed.connect(self._decline)
         self._shown: dict[_Key, Message] = {}
         self._declined: set[_Key] = set()
 
-    def update(
-        self, hints: ClickHints | None, views: Mapping[str, str]
-    ) -> tuple[tuple[Message, ...], tuple[Message, ...]]:
+    def show(self, hints: ClickHints | None, views: Mapping[str, str]) -> None:
         swaps = hints.swaps if hints is not None else ()
         found: dict[_Key, Swap] = {(s.frame, s.first, s.second, s.cameras): s for s in swaps}
-        gone = tuple(self._shown.pop(key) for key in [*self._shown] if key not in found)
-        known = self._shown.keys() | self._declined
-        new: dict[_Key, Message] = {
-            key: self._message(s, views) for key, s in found.items() if key not in known
-        }
-        self._shown |= new
-        return gone, tuple(new.values())
+        for key in [one for one in self._shown if one not in found]:
+            self._notifier.take_back(self._shown.pop(key))
+        for key, swap in found.items():
+            if key not in self._shown.keys() | self._declined:
+                self._shown[key] = self._message(swap, views)
+                self._notifier.show(self._shown[key])
 
-    def decline(self, message: Message) -> None:
+    def _decline(self, message: Message) -> None:
         self._declined |= {key for key, shown in self._shown.items() if shown == message}
         for key in self._declined & self._shown.keys():
             del self._shown[key]
@@ -98,8 +89,8 @@ class ClickController:
         self.detections = FrameDetections(context, self.annotating)
         self.proposals = ProposalPresenter(context, self.annotating, self.detections)
         self.facts = AnnotationFacts(context, self.annotating, self._all_cameras, self.proposals)
-        self.walk = DoubtfulWalk(context, self.annotating, self.proposals, self.go_to)
-        self._offers = SwapOffers(self.annotating.swap)
+        self.walk = DoubtfulWalk(context, self.annotating, self.facts, self.go_to)
+        self._offers = SwapOffers(self.annotating.swap, context.notifier)
         stored = stored_text(context.settings, _ADVANCE)
         self.annotating.advance = next((name for name in ADVANCES if name == stored), "landmark")
         self.annotating.goes_on = bool(context.settings.value(_GOES_ON, False, type=bool))
@@ -128,7 +119,6 @@ class ClickController:
         session.changes.hear(Part.MOVED, self.annotating.choose_moved)
         watch(Part.WINDOW_CLOSING, self.facts.close)
         self.body.with_depth.toggled.connect(self._on_depth)
-        context.notifier.dismissed.connect(self._offers.decline)
 
     # ---- state, computed from facts
 
@@ -159,19 +149,19 @@ class ClickController:
             return False
         facts, state = self.facts.now(), self._context.view_state
         shown = [recording.cameras[name] for name in self._cameras()]
-        self._views.set_marks(marks_of(facts, shown))
+        self._views.set_marks(marks.marks_of(facts, shown))
         blind = self.annotating.blind()
         state.hide(LEADING if blind or self.active else frozenset(), strictly=blind)
-        self._show_offers()
+        self._offers.show(self.facts.hints() if self.active else None, self.facts.view_names())
         if self.active:
             cameras, fit = self._all_cameras(), facts.fit
             names = [facts.views.get(name, name) for name in cameras]
             known = facts.landmark_set.names
             chosen = known.index(facts.chosen) if facts.chosen in known else -1
-            self.landmarks.show_rows(names, landmark_rows(facts, cameras), chosen)
-            words = (*self._left_out(facts.views), *fit_words(facts))
-            self.body.show_body(words, (*limb_rows(facts), *length_rows(facts)))
-            self.body.cameras.mark(*doubtful_views(facts))
+            self.landmarks.show_rows(names, marks.landmark_rows(facts, cameras), chosen)
+            words = (*self._left_out(facts.views), *marks.fit_words(facts))
+            self.body.show_body(words, (*marks.limb_rows(facts), *marks.length_rows(facts)))
+            self.body.cameras.mark(*marks.doubtful_views(facts))
             state.show_fit(FittedBody(fit.question.frame, fit.meshes) if fit is not None else None)
         self._context.actions.refresh_soon()
         return True
@@ -179,14 +169,6 @@ class ClickController:
     def _left_out(self, views: Mapping[str, str]) -> tuple[str, ...]:
         names = [views.get(camera, camera) for camera in sorted(self.annotating.unused())]
         return (f"Left out: {', '.join(names)}.",) if names else ()
-
-    def _show_offers(self) -> None:
-        hints = self.facts.hints() if self.active else None
-        gone, new = self._offers.update(hints, self.facts.view_names())
-        for message in gone:
-            self._context.notifier.take_back(message)
-        for message in new:
-            self._context.notifier.show(message)
 
     # ---- what a person does
 
@@ -221,7 +203,7 @@ class ClickController:
         """Predictions to be accepted, in the view at hand or all: of what nobody has clicked."""
         facts, clicks = self.facts.predicted(), self.annotating.clicks()
         cameras = self._cameras() if everywhere else [self.camera_at_hand()]
-        here = (one for camera in cameras for one in predictions_in(facts, camera))
+        here = (one for camera in cameras for one in marks.predictions_in(facts, camera))
         return tuple(one for one in here if one.key not in clicks)
 
     def accept(self, *, everywhere: bool) -> None:

@@ -115,8 +115,7 @@ class FrameDetections:
             return
         if self._look is not None and self._look.todo.frame == frame:
             return
-        subject = project.subject()
-        proportions = proportions_of(subject if subject is not None else recording.subject)
+        proportions = proportions_of(self._project.subject())
         names = self._annotating.landmark_set.names
         self._look = _Look(DetectLandmarks(recording, frame, names, proportions))
         self._looking.ask(self._look)

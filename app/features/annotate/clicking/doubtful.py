@@ -10,7 +10,7 @@ from ....context import Context
 from ....session.changes import PROJECT, Part
 from ....widgets.camera.camera_view import CameraView
 from .annotating import Annotating
-from .proposing import ProposalPresenter
+from .facts import AnnotationFacts
 
 _SIGMAS, _LEAST = 6.0, 30.0  # to each side in what fills a view; at least, in pixels
 
@@ -27,11 +27,12 @@ class DoubtfulWalk:
         self,
         context: Context,
         annotating: Annotating,
-        proposals: ProposalPresenter,
+        facts: AnnotationFacts,
         show: Callable[[int, str, str], object],
     ) -> None:
         self._context, self._views = context, context.docks.views
-        self._annotating, self._proposals, self._show = annotating, proposals, show
+        self._annotating, self._facts, self._show = annotating, facts, show
+        self._proposals = facts.proposals
         self.at: Prediction | None = None
         """The doubtful prediction that is looked at."""
         self._looking: CameraView | None = None
@@ -102,7 +103,8 @@ class DoubtfulWalk:
             self.end()
             free = [one for one in self._proposals.now() if not self._clicked(one.key)]
             rest = " Q accepts the rest." if free else ""
-            self._context.notifier.say(f"Nothing doubtful is left. {self._proposals.words()}{rest}")
+            words = f"Nothing doubtful is left. {self._facts.now().accuracy}{rest}"
+            self._context.notifier.say(words)
 
     def _look_at(self, one: Prediction, more: int) -> None:
         self.end()

@@ -11,11 +11,9 @@ from stereotrack_core.annotation.predict import volume_in_sight
 from stereotrack_core.annotation.propose import ACCEPTED_SIGMA
 from stereotrack_core.body.proportions import proportions_of
 from stereotrack_core.depth.cloud import Cloud
-from stereotrack_core.depth.parameters import DepthParameters
 from stereotrack_core.depth.points import Volume
 from stereotrack_core.project.history import Changed
 from stereotrack_core.project.prefilling import accepted_sigma
-from stereotrack_core.recording.description import Recording
 from stereotrack_core.worker_processes import TaskProcess
 
 from ....context import Context
@@ -50,7 +48,6 @@ class AnnotationFacts:
         self._annotating, self._cameras = annotating, cameras
         self._active = False
         self._measured: Mapping[str, float] | None = None
-        self._volume_of: tuple[tuple[Recording, DepthParameters], Volume] | None = None
         self.use_depth = True
         """Whether the body is fitted to measured points too."""
         told = partial(session.changes.tell, Part.HINTS)
@@ -157,38 +154,29 @@ class AnnotationFacts:
             source.close()
         self.ask()
 
-    def _volume(self, recording: Recording) -> Volume:
-        """Working volume of the depth, placed where the cameras look."""
-        known = (recording, self._clouds.parameters)
-        if self._volume_of is None or self._volume_of[0] != known:
-            cameras = [recording.reference_camera(view) for view in recording.views]
-            volume = volume_in_sight(Volume.of(self._clouds.parameters), cameras)
-            self._volume_of = (known, volume)
-        return self._volume_of[1]
-
     def _hint_question(self) -> frame_clicks.HintQuestion | None:
         recording = self._document.recording
         clicks = self._annotating.used_clicks()
         if recording is None or recording.guessed or not self._active or not clicks:
             return None
+        looking = [recording.reference_camera(view) for view in recording.views]
         return frame_clicks.HintQuestion(
-            **self._known(recording),
+            **self._known(),
             cameras=recording.cameras,
             landmark=self._annotating.choice.landmark,
             shown=tuple(self._cameras()),
-            volume=self._volume(recording),
+            volume=volume_in_sight(Volume.of(self._clouds.parameters), looking),
         )
 
-    def _known(self, recording: Recording) -> dict[str, Any]:
+    def _known(self) -> dict[str, Any]:
         project, annotating = self._project.project, self._annotating
         if self._measured is None:  # how good clicks are, by annotating again
             self._measured = project.click_sigmas() if project is not None else {}
-        own = project.subject() if project is not None else None
         return {
             "frame": self._document.frame,
             "clicks": annotating.used_clicks(),
             "landmark_set": annotating.landmark_set,
-            "proportions": proportions_of(own if own is not None else recording.subject),
+            "proportions": proportions_of(self._project.subject()),
             "sigmas": self._measured,
         }
 
@@ -216,7 +204,7 @@ class AnnotationFacts:
         names = {view.image.camera for view in recording.views}
         names |= {click.camera for click in self._annotating.used_clicks()}
         return frame_clicks.FitQuestion(
-            **self._known(recording),
+            **self._known(),
             cameras={name: one for name, one in recording.cameras.items() if name in names},
             views=self.view_names(),
             fps=recording.fps,
@@ -254,6 +242,6 @@ class _FitProcess(TaskProcess):
         if cloud is not None:  # the fit takes points alone
             cloud = replace(cloud, depths={})
         shown: frame_clicks.ShownFit = self(
-            partial(frame_clicks.fit_elsewhere, replace(question, cloud=cloud))
+            partial(frame_clicks.fitted_body, replace(question, cloud=cloud))
         )
         return replace(shown, question=question)

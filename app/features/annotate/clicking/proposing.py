@@ -103,7 +103,7 @@ class ProposalPresenter:
         found = known.doubtful(recording.cameras, accepted_sigma(project))
         return tuple(one for one in found if one.key not in clicks)
 
-    def words(self, body_mm: float = 0.0) -> str:
+    def words(self, body_mm: float) -> str:
         """Accuracy of the frame, and the number of clicks up to the wanted one, as a sentence."""
         known = self._known_now()
         return known.words(body_mm) if known is not None else ""
@@ -203,8 +203,7 @@ class ProposalPresenter:
         for start, end in self._pairs(frame, clicks):
             if self._steps.get((start, end), (None, None))[0] == _told(clicks, start):
                 continue
-            subject = project.subject()
-            proportions = proportions_of(subject if subject is not None else recording.subject)
+            proportions = proportions_of(self._project.subject())
             names = {one.camera for one in clicks} & set(recording.cameras)
             cameras = {name: recording.cameras[name] for name in recording.cameras if name in names}
             body = FollowedBody(cameras, proportions, self._annotating.landmark_set)

@@ -69,7 +69,6 @@ class PredictionsDialog(FormDialog):
         self._project, self._recording, self._frames = project, recording, frames
         self._paths: list[Path] = []
         self._plan: DetectorImport | None = None
-        self._asked: partial[DetectorImport] | None = None
         self._reading = LatestOnly(
             tasks, lambda plan: plan(), "read predictions", self._on_read, self._on_failed
         )
@@ -160,7 +159,8 @@ class PredictionsDialog(FormDialog):
 
     def read_again(self) -> None:
         """Read the files with what the form says now, when it has stood for a moment."""
-        self._plan = self._asked = None
+        self._plan = None
+        self._reading.close()
         self.accept_button.setEnabled(False)
         self.say("")
         if self.files.rowCount():
@@ -171,11 +171,7 @@ class PredictionsDialog(FormDialog):
             self.preview.setText("Add the files of a detector to see what they contain.")
 
     def _read(self) -> None:
-        def ask() -> None:
-            self._asked = self._to_plan()
-            self._reading.ask(self._asked)
-
-        if not self.attempt(ask):
+        if not self.attempt(lambda: self._reading.ask(self._to_plan())):
             self.preview.setText("")
 
     def _to_plan(self) -> partial[DetectorImport]:
@@ -198,17 +194,15 @@ class PredictionsDialog(FormDialog):
         known = self._project, tuple(sources), self._frames
         return partial(plan_import, *known, person=person, propose=True)
 
-    def _on_read(self, asked: object, plan: DetectorImport) -> None:
-        if asked is self._asked:
-            self._plan = plan
-            self._offer(plan.people)
-            self.preview.setText(_told(plan))
-            self.accept_button.setEnabled(True)
+    def _on_read(self, _asked: object, plan: DetectorImport) -> None:
+        self._plan = plan
+        self._offer(plan.people)
+        self.preview.setText(_told(plan))
+        self.accept_button.setEnabled(True)
 
-    def _on_failed(self, asked: object, error: Exception) -> None:
-        if asked is self._asked:
-            self.preview.setText("")
-            self.say(str(error), error=True)
+    def _on_failed(self, _asked: object, error: Exception) -> None:
+        self.preview.setText("")
+        self.say(str(error), error=True)
 
     def _offer(self, people: Sequence[str]) -> None:
         chosen = self.person.currentData()

@@ -90,7 +90,7 @@ class PredictionWork:
             return
         frames, names = selection.frames, project.landmark_set().names
         cameras = {} if recording.guessed else click_cameras(recording)
-        proportions = proportions_of(project.subject() or recording.subject)
+        proportions = proportions_of(self._p.context.session.project.subject())
 
         def work(task: Task) -> _Detected:
             def say(done: int, words: str, share: float) -> None:
@@ -133,7 +133,7 @@ class PredictionWork:
     ) -> Callable[[], prefilling.Filling]:
         """Function that makes the source of the predictions in the worker thread."""
         cameras, now, entry = click_cameras(recording), self._p.reference.now, self.run
-        proportions = proportions_of(project.subject() or recording.subject)
+        proportions = proportions_of(self._p.context.session.project.subject())
         name, held = ("", None) if entry is None else (entry.name, entry.now())
 
         def make() -> prefilling.Filling:
@@ -205,6 +205,7 @@ def prediction_commands(work: PredictionWork, menu: str) -> list[Command]:
         Command(
             name, menu, text, tip, partial(work.fill, source), icon="prediction",
             why_not=partial(work.why_not, source), says=partial(named, text),
+            section=source == "proposed",
         )
         for source, (name, text, tip, _what, _found) in _SOURCES.items()
     ]  # fmt: skip

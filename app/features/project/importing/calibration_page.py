@@ -24,13 +24,7 @@ from stereotrack_core.recording.importing.making import cameras_for
 
 from ....context import Context
 from ....session.replacing import replace_cameras
-from ....widgets.forms.form_dialog import (
-    FormDialog,
-    ask_to_open,
-    line_edit,
-    push_button,
-    say_in,
-)
+from ....widgets.forms.form_dialog import FormDialog, ask_to_open, line_edit, push_button, say_in
 from ....widgets.style.building import choice, hbox, holder, label, scrolled, vbox
 
 FILES = "Calibrations (*.toml *.yml *.yaml *.xml *.json *.mat *.txt *.conf)"
