@@ -4,6 +4,8 @@ A limb lies within the flesh, a few centimetres from a measured surface. Elsewhe
 instants are tried in turn.
 """
 
+from __future__ import annotations  # a window that starts loads no scipy.spatial
+
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
