@@ -82,9 +82,8 @@ MEASURED_LIMBS = tuple(limb for limb in LIMBS if limb != "head")
 class Judgement:
     """A run frame by frame; F frames of the run."""
 
-    measure: Literal[
-        "error", "sigma"
-    ]  # angle against the reference, or the tracker's own standard deviation
+    # angle against the reference, or the tracker's own standard deviation
+    measure: Literal["error", "sigma"]
     frame: IntArray
     limbs: dict[str, FloatArray]  # degrees (F,) by limb; NaN where not known
     tracked: BoolArray
