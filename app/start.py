@@ -58,7 +58,7 @@ def prepare(*, needs_screen: bool) -> None:
 def give_back_pictures() -> None:
     """Let the GNU C library return memory of a quarter of a MiB or more at once when it is freed.
 
-    Else it keeps freed pictures in an arena of each thread: 0.5 of 2 GB after five minutes of clicks.
+    Else it keeps freed pictures in an arena of each thread: 0.5 of 2 GB after five minutes.
     """
     import ctypes
 
