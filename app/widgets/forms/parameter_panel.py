@@ -1,6 +1,5 @@
 """The tuning panel, generated from the declared parameters: a line for each."""
 
-import textwrap
 from collections.abc import Callable, Sequence
 from functools import partial
 from html import escape
@@ -20,7 +19,7 @@ from .form_dialog import line_edit
 
 _EDITOR_WIDTH = 116
 _UNIT_WIDTH = 34
-_TIP_WIDTH = 80
+_REVERT_WIDTH = 26
 
 
 class ParameterLine(QtWidgets.QWidget):
@@ -51,16 +50,18 @@ class ParameterLine(QtWidgets.QWidget):
         # Made when they are needed: a hundred lines are made together, and few are unfolded.
         self._more: QtWidgets.QLabel | None = None
         self._refusal: QtWidgets.QLabel | None = None
-        self.setToolTip(f"{textwrap.fill(row.help, _TIP_WIDTH)}\n\n--set {row.name}=…")
-        unit = building.label(self.row.unit, "muted", wraps=False)
-        unit.setFixedWidth(_UNIT_WIDTH)
+        self.setToolTip(f"<p>{escape(row.help)}</p><p>--set {row.name}=…</p>")
         grid = self._grid = QtWidgets.QGridLayout(self)
         grid.setContentsMargins(8, 3, 4, 3)
         grid.setHorizontalSpacing(6)
         grid.setVerticalSpacing(1)
         grid.setColumnStretch(0, 1)
-        for place, part in enumerate((self._name, self.editor, unit, self.revert_button)):
+        grid.setColumnMinimumWidth(2, _UNIT_WIDTH)
+        grid.setColumnMinimumWidth(3, _REVERT_WIDTH)
+        for place, part in ((0, self._name), (1, self.editor), (3, self.revert_button)):
             grid.addWidget(part, 0, place)
+        if row.unit:
+            grid.addWidget(building.label(row.unit, "muted", wraps=False), 0, 2)
         grid.addWidget(self._summary, 1, 0, 1, 4)
         self._show()
         self.editor.installEventFilter(self)
@@ -107,6 +108,8 @@ class ParameterLine(QtWidgets.QWidget):
             self._show()
 
     def revert(self) -> None:
+        if self.revert_button.hasFocus():  # it is hidden now, and the next line would unfold
+            self.editor.setFocus()
         self._on_given(self._base)
 
     def _make_editor(self) -> QtWidgets.QWidget:
@@ -163,10 +166,8 @@ class ParameterLine(QtWidgets.QWidget):
         font.setBold(self.is_changed)
         self._name.setFont(font)
         self._name.setText(self.row.name.replace("_", " ") + (" ●" if self.is_changed else ""))
-        self.revert_button.setEnabled(self.is_changed)
-        nothing = f"Nothing to revert: this is the value of the {self._base_word}"
-        back = f"Revert to {value_text(self._base)}" if self.is_changed else nothing
-        self.revert_button.setToolTip(back)
+        self.revert_button.setVisible(self.is_changed)
+        self.revert_button.setToolTip(f"Revert to {value_text(self._base)}")
         if self._more is not None:
             self.unfold()
 
@@ -221,6 +222,7 @@ class ParameterPanel(QtWidgets.QWidget):
         self.setLayout(building.vbox(*parts, margins=(6, 6, 0, 0), spacing=4))
         self.setMinimumWidth(260)
         self._fill()
+        self._sift()
 
     def line(self, name: str) -> ParameterLine:
         self._catch_up()
@@ -333,7 +335,6 @@ class ParameterPanel(QtWidgets.QWidget):
             self._column.addWidget(line)
         self._column.addStretch(1)
         self._scroll.setWidget(inside)
-        self._sift()
 
     def _pin(self) -> None:
         """Put the changed lines first, where they are in sight, and the others by group."""
