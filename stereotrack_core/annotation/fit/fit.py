@@ -1,14 +1,16 @@
 """The body fitted to clicked landmarks: one frame live, a trajectory, or a whole recording.
 
 In a trajectory, clicks are followed over the frames, forward and backward, and the frames between
-them filled. Frames are asked one by one, outwards from those whose clicks tell the pose: from the
-neighbour's pose, from what was filled in, and from the other way along the line of sight of a lone
-camera. The start whose fit explains clicks, points and movement best is taken.
+them filled. Frames are asked one by one from those whose clicks tell the pose, once in each
+direction: from the neighbour's pose, from what was filled in, and from the other way along the line
+of sight of a lone camera. What explains clicks, points and movement best is taken, first in each
+frame and then of both directions over all frames.
 """
 
 from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 
@@ -69,35 +71,76 @@ _ENDS = {
 """The landmark at the far end of a part of the arms."""
 
 
+@dataclass(frozen=True, eq=False)
+class _Answer:
+    """A pose for a frame, with what its measurements and its movement cost."""
+
+    pose: Pose
+    measured: float = 0.0
+    moved: float = 0.0
+
+
 def _asked_between(
     stretch: Stretch, data: Sequence[FrameData], poses: Sequence[Pose], known: BoolArray, fps: float
 ) -> list[Pose]:
-    """Poses to begin from; of `known` (K,) frames the clicks tell the pose."""
+    """Poses to begin from; of `known` (K,) frames the clicks tell the pose.
+
+    An arm that is lost stays lost in the frames that are asked after: where one way through a gap
+    loses it, the other often does not, and each frame takes what fits together best.
+    """
     f = stretch.freedom
     found = [_on_legs(pose) for pose in poses] if f.with_depth else list(poses)
     if not known.any():
         return found
-    filled = list(found)
-    sigma = pose_sigmas(f, *_STEP) * np.sqrt(_STATED_AT / fps)
     told_sigma = pose_sigmas(f, *_TOLD)  # where the clicks tell all but the legs
     for at in (f.columns.first[part] for part in _LEGS if f.with_depth):
         told_sigma[at : at + 2] = _LEG_SIGMA
-    distance = np.abs(np.arange(len(known))[:, None] - np.flatnonzero(known)).min(axis=1)
-    for k in np.argsort(distance, kind="stable").tolist():  # known ones first, then outwards
-        frame = data[k]
-        if not len(frame.clicks) and (frame.depth is None or not f.with_depth):
-            continue
-        if known[k]:
-            if f.with_depth and frame.depth is not None:
-                found[k] = _asked(stretch, frame, filled[k], filled[k], told_sigma)[1]
-            continue
-        around = [i for i in (k - 1, k + 1) if 0 <= i < len(known)]
-        neighbours = [found[i] for i in around if distance[i] < distance[k]]
-        starts = [*neighbours, filled[k]]
-        starts += _other_ways(stretch, frame, filled[k])
-        results = [_asked(stretch, frame, start, neighbours[0], sigma) for start in starts]
-        found[k] = min(results, key=lambda result: result[0])[1]
+    for k in np.flatnonzero(known).tolist():
+        if f.with_depth and data[k].depth is not None:
+            found[k] = _asked(stretch, data[k], found[k], found[k], told_sigma).pose
+    sigma = pose_sigmas(f, *_STEP) * np.sqrt(_STATED_AT / fps)
+    there = _followed(stretch, data, found, known, sigma)
+    back = _followed(stretch, data[::-1], found[::-1], known[::-1], sigma)[::-1]
+    answers = [[one for one in both if one] for both in zip(there, back, strict=True)]
+    return _cheapest(answers, lambda a, b: _moved(stretch, a, b, sigma))
+
+
+def _followed(
+    stretch: Stretch,
+    data: Sequence[FrameData],
+    filled: Sequence[Pose],
+    known: BoolArray,
+    sigma: FloatArray,
+) -> list[_Answer | None]:
+    """Answers of frames asked one after the other; None before the first `known` one."""
+    found: list[_Answer | None] = []
+    before: Pose | None = None
+    for frame, pose, told in zip(data, filled, known, strict=True):
+        answer = _Answer(pose) if told or before is not None else None
+        deep = frame.depth is not None and stretch.freedom.with_depth
+        if before is not None and not told and (len(frame.clicks) or deep):
+            starts = [before, pose, *_other_ways(stretch, frame, pose)]
+            every = [_asked(stretch, frame, start, before, sigma) for start in starts]
+            answer = min(every, key=lambda one: one.measured + one.moved)
+        found.append(answer)
+        before = answer.pose if answer else None
     return found
+
+
+def _cheapest(
+    answers: Sequence[Sequence[_Answer]], moved: Callable[[Pose, Pose], float]
+) -> list[Pose]:
+    """One answer's pose of each frame, all together as cheap as can be (Viterbi)."""
+    total, steps = np.zeros(1), list[IntArray]()
+    for before, own in pairwise((answers[0][:1], *answers)):
+        every = total[:, None] + [[moved(b.pose, a.pose) for b in own] for a in before]
+        steps.append(every.argmin(axis=0))
+        total = every.min(axis=0) + [one.measured for one in own]
+    chosen, found = int(total.argmin()), list[Pose]()
+    for own, step in zip(reversed(answers), reversed(steps), strict=True):
+        found.append(own[chosen].pose)
+        chosen = int(step[chosen])
+    return found[::-1]
 
 
 def _on_legs(pose: Pose) -> Pose:
@@ -113,15 +156,18 @@ def _on_legs(pose: Pose) -> Pose:
 
 def _asked(
     stretch: Stretch, frame: FrameData, start: Pose, expected: Pose, sigma: FloatArray
-) -> tuple[float, Pose]:
+) -> _Answer:
     found = stretch.fit([frame], [start], expected, sigma, rounds=_ROUNDS_ALONE)
     pose = found.states[0].pose
-    moved = stretch.freedom.pose_difference(pose, expected) / sigma
-    cost = float(moved @ moved)
-    cost += float(np.minimum(found.judgements[0].surprise, _LARGEST).sum())
+    measured = float(np.minimum(found.judgements[0].surprise, _LARGEST).sum())
     if frame.depth is not None and stretch.freedom.with_depth:
-        cost += depth_cost(stretch, frame.depth.points, pose)
-    return cost, pose
+        measured += depth_cost(stretch, frame.depth.points, pose)
+    return _Answer(pose, measured, _moved(stretch, pose, expected, sigma))
+
+
+def _moved(stretch: Stretch, pose: Pose, expected: Pose, sigma: FloatArray) -> float:
+    moved = stretch.freedom.pose_difference(pose, expected) / sigma
+    return float(moved @ moved)
 
 
 def _cameras(stretch: Stretch, frame: FrameData) -> IntArray:

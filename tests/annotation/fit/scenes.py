@@ -34,12 +34,17 @@ def places(k: int) -> np.ndarray:
 
 def clicked(k, rng, sigma=2.0, seen_by=tuple(CAMERAS), names=NINE.names, rig=CAMERAS):
     """Clicks on the landmarks of a frame, with noise."""
-    points = dict(zip(NINE.names, places(k), strict=True))
+    return clicks_on(k, places(k), rng, sigma, names, {camera: rig[camera] for camera in seen_by})
+
+
+def clicks_on(k, points, rng, sigma, names=NINE.names, rig=CAMERAS):
+    """Clicks on the nine points (9, 3) of a frame in all cameras of a rig, with noise."""
+    where = dict(zip(NINE.names, points, strict=True))
     return tuple(
-        Click(k, camera, name, tuple(pixel + rng.normal(0, sigma, 2)), sigma=sigma)
-        for camera in seen_by
-        for name in names
-        for pixel in [rig[camera].project(points[name])]
+        Click(k, name, landmark, tuple(pixel + rng.normal(0, sigma, 2)), sigma=sigma)
+        for name, camera in rig.items()
+        for landmark in names
+        for pixel in [camera.project(where[landmark])]
     )
 
 
