@@ -282,7 +282,7 @@ class ActionRegistry(QObject):
         action.setEnabled(not why_not)
         if command.goes_first:
             self._share_keys(self._keys[command.id])
-        words = f"{command.tip} Unavailable: {why_not}" if why_not else command.tip
+        words = f"Unavailable: {why_not} {command.tip}" if why_not else command.tip
         action.setStatusTip(words)
         tip = f"{named}. {words}" if named not in {"", command.text} else words
         keys = self.key_words(command.id)

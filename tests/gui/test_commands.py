@@ -37,6 +37,12 @@ def test_the_palette_says_why_something_cannot_be_done(window, qtbot):
     assert not palette.result()
 
 
+def test_the_status_line_says_first_why_something_cannot_be_done(window):
+    """At 1366 pixels a long tip is cut off at its end, and with it the reason."""
+    tip = window.context.actions.action("find_remedy").statusTip()
+    assert tip.startswith("Unavailable: There is no run yet.")
+
+
 def listed(palette, text):
     palette.search.setText(text)
     return [(command.title, command.id) for command in palette.list.cells.rows]
