@@ -370,6 +370,8 @@ class RemedyPresenter:
         settings, spec, truth = run.made_with(), run.spec(), self._judging.truth
         if stretch is None or settings is None or found.search is None:
             return None
+        known = run.numbers()  # frames that the run does not have would be compared with nothing
+        stretch = range(max(stretch.start, known[0]), min(stretch.stop, known[-1] + 1))
         stated = None if spec is None else spec.views
         views = tuple(name for name in stated or kept.views if name in kept.views)
         remedies = kind == "remedy"

@@ -47,9 +47,7 @@ def test_a_limb_that_is_probably_lost_is_named_first():
     words = frame_words(tracked)
     assert words == "left forearm likely wrong, right forearm uncertain and 1 more"
     hints = {limb: hint for limb, _, _, hint in number_rows(shown(tracked))}
-    assert hints["left_forearm"] == "likely wrong"
-    values = {limb: value for limb, _, value, _ in number_rows(shown(tracked))}
-    assert values["left_forearm"].endswith("failure probability 80 %")
+    assert hints["left_forearm"] == "likely wrong, failure probability 80 %", "not beside the value"
 
 
 def changed(tracked, **values) -> TrackedFrame:
@@ -99,8 +97,8 @@ def test_with_a_reference_the_errors_are_said_and_whether_anybody_noticed():
         "likely wrong and 1 more"
     )
     hints = {limb: hint for limb, _, _, hint in number_rows(shown(doubted, far))}
-    assert hints["left_forearm"] == "far off, not flagged"
-    assert hints["right_forearm"] == "likely wrong"
+    assert hints["left_forearm"].startswith("far off, not flagged")
+    assert hints["right_forearm"].startswith("likely wrong")
     assert hints["torso"] == ""
     unknown = against()
     assert frame_words(calm, unknown) == "no limb flagged", "the reference knows nothing here"

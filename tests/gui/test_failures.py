@@ -84,6 +84,8 @@ def test_enter_jumps_and_filters_list_others(reviewing, qtbot):
     assert "unavailable" not in reviewing.statusBar().currentMessage(), "the key was of use"
     told = replace(panel.tree.cells.rows[0], reason=Reason("right", "", "The arms are near."))
     assert panel.tree.cells._cells_of(told)[-1].text == "correct", "right could be a side"
+    panel.evidence.show_words("", told)
+    assert f"In frame {told.first}: The arms" in panel.evidence.toPlainText(), "not in its worst"
     panel.filter.setText("head")
     settle(reviewing, qtbot)
     assert rows(reviewing) == []

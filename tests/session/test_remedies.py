@@ -78,6 +78,20 @@ def test_changes_are_ranked_and_the_best_checked_on_good_frames(shown, failing, 
     assert failing.track.settings == best.change.settings
 
 
+def test_the_run_and_the_changes_are_compared_over_the_same_frames(shown, failing):
+    """A run that ends with the failure is not asked about the frames behind it."""
+    run = made_run(failing.document.recording, off=0.05, wild=(1, 2, 3), frames=slice(0, 4))
+    entry = entry_of_run(run, Path("short.npz"))
+    entry.settings = SETTINGS
+    failing.runs.add(entry)
+    shown.until(lambda: failing.settled() and failing.runs.active is entry)
+    failing.failures.choose(next(e for e in failing.failures.listed if e.found == "truth"))
+    failing.remedies.find("remedy")
+    assert failing.remedies.tried.stretch == range(4)
+    failing.remedies.stop()
+    shown.until(failing.settled)
+
+
 def test_it_is_stopped_at_any_time_and_what_was_tried_stays(shown, failing):
     failing.remedies.find("parts")
     shown.until(lambda: bool(failing.remedies.tried.remedies))

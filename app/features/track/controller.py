@@ -256,10 +256,11 @@ def number_rows(now: Snapshot) -> list[NumberRow]:
         if error is not None:
             stated = with_quality(f"{error:.1f}°", quality.get(measure_of(limb)))
             value = f"{stated}  ({value})"
-        if chance == chance:
-            value += f", failure probability {100.0 * chance:.0f} %"
         missed = "far off, not flagged" if error is not None and error > UNCERTAIN_DEG else ""
-        rows.append((limb, limb_words(limb), value, unsure.get(limb, missed)))
+        remarks = [unsure.get(limb, missed)]
+        if chance == chance:
+            remarks.append(f"failure probability {100.0 * chance:.0f} %")
+        rows.append((limb, limb_words(limb), value, ", ".join(filter(None, remarks))))
     errors = None if judgement is None else judgement.errors
     for off in () if errors is None else errors.torso_position[errors.frame == frame]:
         value = with_quality(f"{1000.0 * off:.0f} mm", quality.get(TORSO_POSITION), digits=0)

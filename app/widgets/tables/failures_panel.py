@@ -43,7 +43,7 @@ class EvidenceView(QTextBrowser):
         if failure is not None:
             verdict, reason = failure.verdict, failure.reason
             if reason is not None:
-                lines.append(f"<b>{escape(reason.words)}</b>")
+                lines.append(f"<b>In frame {failure.first}: {escape(reason.words)}</b>")
             lines.append(parameter_links(failure.parameters))
             lines.append(_STRENGTH if verdict.evidence else "No evidence for a cause.")
             for one in verdict.evidence:
