@@ -119,6 +119,16 @@ def test_tab_reaches_views_and_toolbars_and_nothing_that_is_hidden(opened, qtbot
     assert set(back) == set(reached), "the same way back"
 
 
+def test_tab_goes_from_the_search_of_parameters_to_what_it_found(opened, qtbot):
+    """Not through all toolbars first: the lines are made after the rest of the window."""
+    show_workspace(opened, qtbot, "tune")
+    QTest.keyClick(opened, Qt.Key.Key_F, Qt.KeyboardModifier.ControlModifier)
+    QTest.keyClicks(QApplication.focusWidget(), "arms apart")
+    for _ in range(2):  # the list that scrolls stands between
+        QTest.keyClick(QApplication.focusWidget(), Qt.Key.Key_Tab)
+    assert QApplication.focusWidget().accessibleName().startswith("arms apart")
+
+
 def test_f6_walks_the_views_and_the_panels_that_are_seen(opened, qtbot):
     docks = opened.context.docks
     show_workspace(opened, qtbot, "review")

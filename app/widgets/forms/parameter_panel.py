@@ -1,9 +1,8 @@
 """The tuning panel, generated from the declared parameters: a line for each."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from html import escape
-from itertools import pairwise
 
 from PySide6 import QtWidgets
 from PySide6.QtCore import QEvent, QObject, Qt, QTimer, Signal, Slot
@@ -335,6 +334,15 @@ class ParameterPanel(QtWidgets.QWidget):
             self._column.addWidget(line)
         self._column.addStretch(1)
         self._scroll.setWidget(inside)
+        self._chain(self._lines.values())
+
+    def _chain(self, lines: Iterable[ParameterLine]) -> None:
+        """Let Tab go from the head to the lines; else it walks the whole window first."""
+        stop: QtWidgets.QWidget = self._scroll
+        for line in lines:
+            self.setTabOrder(stop, line.editor)
+            self.setTabOrder(line.editor, line.revert_button)
+            stop = line.revert_button
 
     def _pin(self) -> None:
         """Put the changed lines first, where they are in sight, and the others by group."""
@@ -353,9 +361,7 @@ class ParameterPanel(QtWidgets.QWidget):
         for place, widget in enumerate(order, start=1):
             if self._column.indexOf(widget) != place:
                 self._column.insertWidget(place, widget)
-        for before, after in pairwise(one for one in order if isinstance(one, ParameterLine)):
-            self.setTabOrder(before.editor, before.revert_button)
-            self.setTabOrder(before.revert_button, after.editor)
+        self._chain(one for one in order if isinstance(one, ParameterLine))
         self._column.activate()
         if focused is not None and self._scroll.isAncestorOf(focused):
             self._scroll.ensureWidgetVisible(focused)
