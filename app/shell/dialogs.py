@@ -154,8 +154,7 @@ class ShortcutEditor(_CommandList):
         keys = hbox(heading, (self.keys, 1), self.set_button, default, none)
         self._lay_out(keys, self.note, box, height=480)
         self.search.textChanged.connect(self._filter)
-        self.list.show_rows(book.commands)
-        self._go_to(0)
+        self._filter("")
 
     def choose(self, name: str) -> None:
         self._go_to([command.id for command in self.list.cells.rows].index(name))
@@ -165,7 +164,8 @@ class ShortcutEditor(_CommandList):
             return " ".join(cell.text for cell in self._cells(command)).lower()
 
         wanted = text.strip().lower()
-        self.list.show_rows([one for one in self._book.commands if wanted in said(one)])
+        seen = (one for one in self._book.commands if one.shown())
+        self.list.show_rows([one for one in seen if wanted in said(one)])
         self._go_to(0)
 
     def _on_current(self) -> None:

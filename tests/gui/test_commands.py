@@ -110,6 +110,8 @@ def test_a_shortcut_is_changed_kept_and_never_stolen(newly_opened, qtbot, settin
     opened = newly_opened
     editor = ShortcutEditor(opened.context.actions, opened)
     qtbot.addWidget(editor)
+    listed = [command.title for command in editor.list.cells.rows]
+    assert not [title for title in listed if title.strip().endswith(":")], "none without a name"
     editor.choose("next")
     editor.keys.setKeySequence("L")
     qtbot.mouseClick(editor.set_button, Qt.MouseButton.LeftButton)

@@ -56,6 +56,15 @@ def picture_share(window):
     return covered / (window.width() * window.height())
 
 
+def test_fewer_views_than_before_have_all_the_room(shared_window, four_portraits, small_recording):
+    assert rows(shared_window(four_portraits, "annotate")) == [["N", "O", "S", "W"]]
+    window = shared_window(small_recording, "annotate")
+    views = window.context.docks.views
+    ends = [tile.geometry().right() for tile in views.tiles.values()]
+    assert len(ends) == 2
+    assert max(ends) == views.width() - 1, "no place is kept for views that are gone"
+
+
 def test_portraits_stand_in_a_row_and_landscapes_in_two(
     shared_window, four_portraits, four_views, qtbot
 ):

@@ -63,7 +63,7 @@ def remedy_cells(remedy: Remedy) -> Sequence[Cell]:
     return (
         Cell(change, f"{change}. Double-click to see it.", bold=is_harmless(remedy)),
         Cell(f"{remedy.error:.1f}", value=remedy.error),
-        Cell(f"{gain:+.1f}", colour=good, value=gain),
+        Cell(f"{gain:+z.1f}", colour=good, value=gain),
         Cell(shown, _HARM, bad, value=-1.0 if harm is None else harm),
         *_in_study(remedy),
     )

@@ -196,7 +196,7 @@ def _score(now: Snapshot, entry: RunEntry) -> tuple[str, str]:
     if not np.isfinite(score - active) or found.measure != other.measure:
         return "–", "Not compared: there is no frame in which both are known."
     part = f" in {counted(len(frames), 'frame')}" if len(frames) < len(found.frame) else ""
-    return f"{score:.1f}° ({score - active:+.1f}){part}", (
+    return f"{score:.1f}° ({score - active:+z.1f}){part}", (
         f"Over {counted(len(frames), 'frame')} that the run and the active run share. In brackets "
         "the difference from the active run; lower is better."
     )

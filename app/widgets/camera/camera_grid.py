@@ -174,7 +174,9 @@ class CameraGrid(ViewActs):
             return
         self._places = places
         wide, rows = _shares(places, self._aspects)
-        for line in range(len(self.tiles) + 1):
+        # a layout keeps the lines that more views have needed before, and their shares
+        lines = max(self._layout.rowCount(), self._layout.columnCount(), len(self.tiles) + 1)
+        for line in range(lines):
             self._layout.setRowStretch(line, line < rows)
             self._layout.setColumnStretch(line, round(100 * wide.get(line, 0.0)))
         for name, tile in self.tiles.items():
