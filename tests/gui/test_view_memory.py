@@ -67,6 +67,19 @@ def test_it_comes_back_in_another_window(opened, qtbot, small_recording, tmp_pat
     other.close()
 
 
+def test_opening_in_tune_tracks_nothing_by_itself(opened, qtbot, small_recording, tmp_path):
+    """Settings that come back are no change to try: each opening would add a run."""
+    look(opened, qtbot)
+    opened.context.docks.show_named("tune")
+    opened.close()
+    again = another_window(qtbot, tmp_path)
+    open_recording(again, qtbot, small_recording)
+    assert (again.context.docks.workspace, shown(again)[0]) == ("tune", 5)
+    assert again.context.session.trials.settled(), "none begins soon"
+    assert again.context.session.runs.entries == ()
+    again.close()
+
+
 def test_what_is_asked_for_is_shown(opened, qtbot, small_recording, tmp_path):
     look(opened, qtbot)
     trigger(opened, "close")

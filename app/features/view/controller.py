@@ -275,6 +275,7 @@ class ViewMemory:
         if not asked.tracks:  # what runs already is made with what is shown
             base, own = (UserPreset(**each) for each in kept["settings"])
             self._session.track.put(Chosen(own.name, base.settings, own.settings))
+            self._session.trials.cancel()  # nobody has asked for one by opening a project
 
 
 _OPEN_ZOOMED = "open_zoomed"
