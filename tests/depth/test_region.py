@@ -83,6 +83,7 @@ def test_bands_cover_what_differs_and_little_more(seed):
         top, left = rng.integers(0, 50), rng.integers(0, 70)
         height, width = rng.integers(1, 30), rng.integers(3, 20)
         levels[top : top + height, left : left + width] = rng.choice([-9, 9])
+    levels[np.arange(60), np.arange(60) + seed] = 9  # slanted: every band has columns of its own
     changed = levels != 0.0
     near = binary_dilation(changed, np.ones((7, 7)))
     patches, count = label(near, np.ones((3, 3)))

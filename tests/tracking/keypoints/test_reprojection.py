@@ -11,6 +11,7 @@ from stereotrack_core.body.manifold import difference
 from stereotrack_core.body.model import landmarks
 from stereotrack_core.recording.keypoint_names import COCO_17
 from stereotrack_core.recording.keypoints import keypoints_of
+from stereotrack_core.recording.landmarks import LANDMARKS
 from stereotrack_core.recording.sighted_keypoints import SightedKeypoints, sighted
 from stereotrack_core.tracking.keypoint_step import pose_of_keypoints
 from stereotrack_core.tracking.residuals.reprojection import KeypointObservation, pinhole
@@ -80,6 +81,20 @@ def test_a_joint_of_the_trunk_that_nobody_sees_is_opposite_to_its_other_side(mis
     found = pose_of_keypoints(sighted(keypoints_of(rows), VIEWS), BODY)
     away = landmarks(BODY, found) - landmarks(BODY, POSES["t"])
     assert np.linalg.norm(away, axis=1).max() < 0.05
+
+
+@pytest.mark.parametrize("known", [True, False], ids=["as in the last pose", "hanging"])
+def test_an_arm_that_nobody_sees_is_taken_from_the_last_pose_or_hangs(known):
+    away = ("left_elbow", "left_wrist", "left_hand")
+    rows = [row for row in predictions(POSES["t"]) if row[2] not in away]
+    last = POSES["reaching"] if known else None
+    found = pose_of_keypoints(sighted(keypoints_of(rows), VIEWS), BODY, last)
+    arm = [LANDMARKS.index(f"left_{name}") for name in ("shoulder", "elbow", "hand")]
+    limbs = np.diff(landmarks(BODY, found)[arm], axis=0)
+    if known:
+        assert np.allclose(limbs, np.diff(landmarks(BODY, last)[arm], axis=0), atol=0.03)
+    else:
+        assert (limbs[:, 2] < -0.95 * np.linalg.norm(limbs, axis=1)).all()
 
 
 def _noisy(pose, rng):
