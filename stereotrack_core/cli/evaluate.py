@@ -126,11 +126,11 @@ def _measured_of(args: Namespace, *, needs_truth: bool) -> Measured:
     trajectory, stored = sources.read_measured(path, stated.get(path), args.recording)
     meta = {} if stored is None else dict(stored.meta)
     truth = None
+    _say_size(path, trajectory)
     try:
         own, limit = stated.get(args.reference), 0.001 * args.max_sigma
         truth = sources.truth_of(args.reference, meta, trajectory, own, limit, args.exclude)
-        if (wrong := wrong_size(truth.reference)) is not None:
-            say(f"{truth.source}: {wrong.what}. {wrong.remedy}")
+        _say_size(truth.source, truth.reference)
     except InputError as error:
         if needs_truth or args.reference is not None:
             raise
@@ -149,6 +149,11 @@ def _measured_of(args: Namespace, *, needs_truth: bool) -> Measured:
             raise InputError("the recording has no segments", folder, remedy)
     args.segments = bool(segments)  # of either
     return Measured(path, trajectory, stored, truth, asked_frames(args.frames), segments, stated)
+
+
+def _say_size(source: Path, trajectory: LandmarkTrajectory) -> None:
+    if (wrong := wrong_size(trajectory)) is not None:
+        say(f"{source}: {wrong.what}. {wrong.remedy}")
 
 
 def _errors_told(args: Namespace, measured: Measured, truth: sources.Truth) -> Told:

@@ -242,9 +242,9 @@ def _median(values: FloatArray) -> float:
     return float(np.median(known)) if known.size else float("nan")
 
 
-def wrong_size(reference: LandmarkTrajectory) -> Finding | None:
+def wrong_size(trajectory: LandmarkTrajectory) -> Finding | None:
     """The finding that the person is of no possible size, as in other units than metres."""
-    points = reference.by_name()
+    points = trajectory.by_name()
     hips = (points["left_hip"] + points["right_hip"]) / 2
     shoulders = (points["left_shoulder"] + points["right_shoulder"]) / 2
     across = points["left_shoulder"] - points["right_shoulder"]
@@ -257,7 +257,7 @@ def wrong_size(reference: LandmarkTrajectory) -> Finding | None:
         size = size if tall > 0.02 else f"{1000 * tall:.2g} mm"
         own = f"its {key.replace('_', ' ')} is {length:.4g} m"
         what = f"{own}, which corresponds to a person {size} tall"
-        return Finding("error", "reference.csv", what, "The reference must be in metres.")
+        return Finding("error", "reference.csv", what, "Landmarks must be in metres.")
     return None
 
 

@@ -168,6 +168,19 @@ def test_the_recordings_own_reference_and_segments_are_used(run, recording, trac
     assert [part["name"] for part in facts["angles"]["stretches"]] == ["all", "start", "rest"]
 
 
+@pytest.mark.parametrize("spoilt", ["measured", "reference"])
+def test_landmarks_in_millimetres_are_told(run, failing, tmp_path, spoilt):
+    truth = read_trajectory(failing / "truth.csv")
+    far = dataclasses.replace(truth, points=1000.0 * truth.points)
+    for name, one in (("metres", truth), ("millimetres", far)):
+        write_landmarks(tmp_path / f"{name}.csv", one)
+    given = ("millimetres", "metres") if spoilt == "measured" else ("metres", "millimetres")
+    measured, reference = (tmp_path / f"{name}.csv" for name in given)
+    done = run("evaluate", measured, "--reference", reference)
+    [told] = [line for line in done.err.splitlines() if "Landmarks must be in metres." in line]
+    assert told.startswith(f"{tmp_path / 'millimetres.csv'}: its torso length is")
+
+
 def test_named_stretches_of_a_project_have_a_row_each(run, recording, tracked, tmp_path):
     project = tmp_path / "own.stereotrack"
     with Project.create(project, recording) as made:
