@@ -71,7 +71,6 @@ class Task:
         self.job, self._loop, self._changed = job, loop, changed
         self.quiet, self.promised, self.writes = quiet, promised, False
         self.token = CancelToken()
-        self.work = Work(self.report, self.token.cancelled)
         self.over = False  # whether it has ended, or nobody waits for it any more
         self.share, self.words = 0.0, ""
         """Progress, 0 to 1 and 0 if unknown, and what is being done."""
@@ -81,6 +80,11 @@ class Task:
         self._begun = time.monotonic()
         self._ended = threading.Event()
         self._ended.set()
+
+    @property
+    def work(self) -> Work:
+        """What a long function is given; not kept, as a circle would keep all that is found."""
+        return Work(self.report, self.token.cancelled)
 
     @property
     def title(self) -> str:

@@ -132,6 +132,13 @@ class Rig:
             [c.project(mean[:, :3]) + offsets[:, i] for i, c in enumerate(self.cameras)]
         )
 
+    def missed(self, measured: Measured, mean: FloatArray) -> FloatArray:
+        """Pixels (M, 2) by which the landmarks miss what is measured; 0 behind a camera.
+
+        Two cameras that face each other hardly tell how far away a place between them is.
+        """
+        return np.nan_to_num(measured.pixel - self.pixels(mean)[measured.camera, measured.landmark])
+
     def jacobian(self, mean: FloatArray, camera: IntArray, landmark: IntArray) -> FloatArray:
         """Derivative (M, 2, n S) of pixels of landmarks in images by the state."""
         by_place = np.stack([pixel_jacobian(c, mean[:, :3]) for c in self.cameras])
@@ -140,6 +147,7 @@ class Rig:
         found[row, :, landmark, :3] = by_place[camera, landmark]
         for axis in range(2):
             found[row, axis, landmark, 6 + 2 * camera + axis] = 1.0
+        found[np.isnan(found).any(axis=(1, 2, 3))] = 0.0  # nothing is seen behind a camera
         return found.reshape(len(camera), 2, len(mean) * self.size)
 
 
@@ -289,12 +297,12 @@ def updated(prior: Gaussian, rig: Rig, measured: Measured) -> Gaussian:
     weight = np.ones(len(measured.camera))
     for _ in range(_ROUNDS):
         H = rig.jacobian(mean, measured.camera, measured.landmark).reshape(-1, start.size)
-        off = measured.pixel - rig.pixels(mean)[measured.camera, measured.landmark]
+        off = rig.missed(measured, mean)
         R = np.repeat(np.square(measured.sigma) / weight, 2)
         S = H @ covariance @ H.T + np.diag(R)
         K = np.linalg.solve(S, H @ covariance).T
         mean = (start + K @ (off.ravel() - H @ (start - mean.ravel()))).reshape(prior.mean.shape)
-        off = measured.pixel - rig.pixels(mean)[measured.camera, measured.landmark]
+        off = rig.missed(measured, mean)
         distance = np.square(off).sum(axis=1) / np.square(measured.sigma)
         weight = np.where(measured.followed, (_FREEDOM + 2.0) / (_FREEDOM + distance), 1.0)
     return Gaussian(mean, _symmetric(covariance - K @ H @ covariance))

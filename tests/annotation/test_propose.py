@@ -22,6 +22,7 @@ from stereotrack_core.annotation.propose import PROPOSED, NearestClicks, Propose
 from stereotrack_core.geometry.camera import Camera
 from stereotrack_core.geometry.transform import RigidTransform
 from tests.annotation.scenes import bodies, cameras, clicks_of
+from tests.tracking.views import looking
 
 RIG = cameras()
 FPS = 10.0
@@ -185,6 +186,20 @@ def test_what_is_accepted_in_all_views_tells_no_more_than_once():
     sure = Proposer()(question(5, before, taken)).accuracy_mm
     once = Proposer()(question(5, before, taken[:1])).accuracy_mm
     assert sure > 0.9 * once
+
+
+def test_a_hand_that_is_expected_behind_a_camera_spoils_nothing():
+    """Two cameras that face each other do not tell how far away a fast hand between them is."""
+    places = {"N": (0.0, 3.0, 2.2), "S": (0.2, -3.1, 2.2)}
+    ways = {name: looking(place, (0.0, 0.0, 1.1)).inverse() for name, place in places.items()}
+    rig = {name: replace(RIG[name], camera_from_world=way) for name, way in ways.items()}
+    rng, points = np.random.default_rng(28), bodies(6, seed=28)
+    hand = NINE.names.index("right_hand")
+    points[:, hand] = rng.uniform([0.0, -0.1, 1.1], [0.8, 0.35, 1.8], (6, 3))
+    clicks = [one for one in clicks_of(points, rig) if one.frame < 5]
+    found = Proposer()(question(5, clicks, rig=rig, wanted=1.0))
+    assert np.isfinite([found.accuracy_mm, found.then_mm]).all()
+    assert len({one.landmark for one in found.predictions}) >= 8
 
 
 def test_without_a_calibration_points_are_followed_in_each_view():

@@ -1,6 +1,8 @@
 """Jobs in threads of their own tell the window's how they end; what comes too late is dropped."""
 
+import gc
 import threading
+import weakref
 
 import pytest
 
@@ -49,6 +51,24 @@ def test_a_job_tells_how_it_ended(plain, tasks, failed, error, how):
     assert failed == ([error] if how == "failed" else [])
     assert (words, progress) == (["one", "two"], [(0.5, "half")])
     assert tasks.tasks == ()
+
+
+def test_what_a_job_has_found_is_freed_without_looking_for_garbage(plain, tasks):
+    """The window looks for garbage rarely, and never at what has outlived a long look."""
+
+    def work(task):
+        task.work.step(0.5, "half")
+        return Held()
+
+    kept, told = [], []
+    job = Job("work", work, lambda found: kept.append(weakref.ref(found)), told=told.extend)
+    gc.disable()
+    try:
+        ended = weakref.ref(tasks.run(job))
+        plain.until(lambda: bool(kept) and tasks.tasks == ())
+        plain.until(lambda: kept[0]() is None and ended() is None)
+    finally:
+        gc.enable()
 
 
 def test_a_handler_that_fails_keeps_nothing_back(plain, tasks, monkeypatch):
