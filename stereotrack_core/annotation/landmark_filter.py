@@ -47,6 +47,7 @@ _ACCEPTED_SIGMA = 2.0  # pixels at 480 lines; nobody has looked closer than that
 _FREEDOM = 4.0  # of the t distribution of followed points
 _STEP_FREEDOM = 3.0  # of that of the followed body
 _ROUNDS = 3
+_STEEPEST = 1e6  # pixels a metre; more is so near to a camera that nothing is seen
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,7 +148,8 @@ class Rig:
         found[row, :, landmark, :3] = by_place[camera, landmark]
         for axis in range(2):
             found[row, axis, landmark, 6 + 2 * camera + axis] = 1.0
-        found[np.isnan(found).any(axis=(1, 2, 3))] = 0.0  # nothing is seen behind a camera
+        seen = (np.abs(found) < _STEEPEST).all(axis=(1, 2, 3))  # NaN behind a camera
+        found[~seen] = 0.0
         return found.reshape(len(camera), 2, len(mean) * self.size)
 
 
